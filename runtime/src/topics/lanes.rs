@@ -1,0 +1,80 @@
+use std::{
+    borrow::Cow,
+    ops::{Deref, DerefMut},
+};
+
+use iceoryx2::prelude::ZeroCopySend;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+/// The most transducers that a ring may have; masks are 32 bits wide.
+pub const MAX_TRANSDUCERS: usize = 32;
+
+/// One value for each transducer of a ring, in the ring's own order. Behaves like a slice of the ring's length.
+#[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("orienteer::Lanes.v1")]
+pub struct Lanes<T: ZeroCopySend> {
+    len: u32,
+    values: [T; MAX_TRANSDUCERS],
+}
+
+impl<T: ZeroCopySend + Copy + Default> Lanes<T> {
+    /// `len` copies of one value; a length above [`MAX_TRANSDUCERS`] is cut.
+    #[must_use]
+    pub fn filled(value: T, len: usize) -> Self {
+        let mut values = [T::default(); MAX_TRANSDUCERS];
+        let len = len.min(MAX_TRANSDUCERS);
+        values[..len].fill(value);
+        Self { len: len as u32, values }
+    }
+}
+
+impl<T: ZeroCopySend + Copy + Default> Default for Lanes<T> {
+    fn default() -> Self {
+        Self::filled(T::default(), 0)
+    }
+}
+
+impl<T: ZeroCopySend> Deref for Lanes<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        // The length may have been written by another process.
+        &self.values[..(self.len as usize).min(MAX_TRANSDUCERS)]
+    }
+}
+
+impl<T: ZeroCopySend> DerefMut for Lanes<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.values[..(self.len as usize).min(MAX_TRANSDUCERS)]
+    }
+}
+
+impl<T: ZeroCopySend + Serialize> Serialize for Lanes<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
+impl<'de, T: ZeroCopySend + Copy + Default + Deserialize<'de>> Deserialize<'de> for Lanes<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let values = Vec::<T>::deserialize(deserializer)?;
+        if values.len() > MAX_TRANSDUCERS {
+            return Err(D::Error::invalid_length(values.len(), &"at most 32 values"));
+        }
+        let mut lanes = Self::filled(T::default(), values.len());
+        lanes.copy_from_slice(&values);
+        Ok(lanes)
+    }
+}
+
+impl<T: ZeroCopySend + JsonSchema> JsonSchema for Lanes<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("LanesOf{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "array", "maxItems": MAX_TRANSDUCERS, "items": generator.subschema_for::<T>() })
+    }
+}
