@@ -27,8 +27,8 @@ impl Streams {
     /// use rand::RngExt;
     /// let streams = Streams::new(7);
     /// let a: u64 = streams.stream("ann", "sonar noise").random();
-    /// assert_eq!(a, streams.stream("ann", "sonar noise").random());
-    /// assert_ne!(a, streams.stream("bob", "sonar noise").random());
+    /// assert_eq!(a, streams.stream("ann", "sonar noise").random::<u64>());
+    /// assert_ne!(a, streams.stream("bob", "sonar noise").random::<u64>());
     /// ```
     #[must_use]
     pub fn stream(&self, owner: &str, purpose: &str) -> Pcg64 {
