@@ -35,8 +35,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 pub use base::{
-    BaseClaim, BaseDecision, BaseNotice, BaseRule, HeldBack, MAX_HELD_BACK, Motion, MotionKind, MotionReport, MotionState,
-    NoticeKind, Odometry, flags,
+    BaseClaim, BaseDecision, BaseNotice, BaseRule, HeldBack, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry,
+    flags,
 };
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
 pub use lanes::{Lanes, MAX_TRANSDUCERS};

@@ -2,7 +2,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ClientId, Payload};
+use super::{ClientId, Lanes, Payload};
 use crate::{
     geometry::{Limits, Pose, Twist},
     time::Time,
@@ -120,6 +120,23 @@ impl Motion {
             _ => MotionKind::Stop,
         }
     }
+
+    /// The same motion, no faster than the limits allow. A velocity keeps the shape of its path, see [`Twist::within`]; a
+    /// relative motion keeps its extent. Whatever reads as [`MotionKind::Stop`] becomes [`Motion::STOP`].
+    #[must_use]
+    pub fn within(&self, limits: Limits) -> Motion {
+        let Limits { linear, angular } = Limits::NONE.and(limits);
+        match self.kind() {
+            MotionKind::Stop => Self::STOP,
+            MotionKind::Velocity(twist) => {
+                let twist = twist.within(Limits { linear, angular });
+                // Scaling rounds; the clamp takes away the last bit by which it may end up above the limit.
+                Self::velocity(Twist::new(twist.linear.clamp(-linear, linear), twist.angular.clamp(-angular, angular)))
+            }
+            MotionKind::Translate { distance, speed } => Self::translate(self.id, distance, speed.min(linear)),
+            MotionKind::Rotate { angle, rate } => Self::rotate(self.id, angle, rate.min(angular)),
+        }
+    }
 }
 
 /// How a relative motion stands.
@@ -182,7 +199,8 @@ impl Payload for MotionReport {
 ///
 /// Claims are states, not events: a lost sample costs nothing, and silence is release. A transaction takes the base, a limit
 /// caps whoever has it. To begin a transaction, count `transaction` up; to end it, send 0. Going on to send the number of a
-/// transaction that was overridden means to hang on; sending 0 or a new number means to surrender.
+/// transaction that was overridden means to hang on; sending 0 or a new number means to surrender. A transaction that ended
+/// as busy or lapsed stays over, however often its number is sent: a new one needs another number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
 #[type_name("orienteer::BaseClaim.v1")]
@@ -195,7 +213,8 @@ pub struct BaseClaim {
     pub stamp: Time,
     /// The whole claim lapses at this time unless renewed.
     pub valid_until: Time,
-    /// The transaction fails as busy if it has not been granted by this time.
+    /// The transaction fails as busy at the first decision at or after this time that does not grant it. A transaction that
+    /// was granted and overridden has done its waiting: it hangs on for as long as it likes.
     pub wait_until: Time,
     /// What to do once the base is held.
     pub motion: Motion,
@@ -216,11 +235,11 @@ pub enum NoticeKind {
     Granted,
     /// A higher priority took the base. Told exactly once for each time it happens.
     Overridden,
-    /// You hang on: this is a motion that the overriding client commands.
+    /// You hang on: this is a motion that the overriding client commands. Told when it takes over and at each change.
     OverriderMoves,
-    /// The base was not free in time; the transaction is over.
+    /// The base was not free in time; the transaction is over. Told again in answer to every claim that still names it.
     Busy,
-    /// The claim was not renewed in time; the transaction is over.
+    /// The claim was not renewed in time; the transaction is over. Told again in answer to every claim that still names it.
     Lapsed,
 }
 
@@ -274,28 +293,28 @@ impl Payload for BaseNotice {
     const QUEUE: usize = 32;
 }
 
-/// Why a client was given the base, or was held back.
+/// Why a client was given the base (or the sonar), or was held back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BaseRule {
-    /// Nobody wants the base.
+    /// Nobody wants it.
     NobodyAsked,
     /// It is the only one that wants it.
     OnlyClaim,
     /// Its priority is strictly the highest.
     HigherPriority,
-    /// Of equals, it had the base first and keeps it.
+    /// Of equals, it had it first and keeps it.
     HeldFirst,
     /// Of equals, it asked first.
     AskedFirst,
     /// Held back: another's priority is higher.
     LowerPriority,
-    /// Held back: it had the base, was overridden and hangs on.
+    /// Held back: it had it, was overridden and hangs on.
     HangingOn,
-    /// Held back: an equal has the base or asked before.
+    /// Held back: an equal has it.
     Queued,
 }
 
-/// A client that wants the base and does not have it, and why.
+/// A client that wants the base (or the sonar) and does not have it, and why.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
 #[type_name("orienteer::HeldBack.v1")]
@@ -320,9 +339,6 @@ impl HeldBack {
     }
 }
 
-/// How many held-back clients a decision can name.
-pub const MAX_HELD_BACK: usize = 8;
-
 /// Who has the base, what it shall do, and why. Topic `base/decision`, once a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
@@ -334,17 +350,20 @@ pub struct BaseDecision {
     pub valid_until: Time,
     /// Who has the base.
     pub holder: ClientId,
-    /// Who sets the tighter of the limits in force; nobody if none is set.
+    /// Who sets the lowest speed limit; nobody if none is set.
     pub limited_by: ClientId,
+    /// Who sets the lowest limit of the turn rate; nobody if none is set.
+    pub turn_limited_by: ClientId,
     rule: u16,
-    held_back_len: u16,
     /// The holder's transaction.
     pub transaction: u32,
+    /// Since when the holder has had the base without a break; the stamp if nobody has it.
+    pub since: Time,
     /// What the holder wants done.
     pub motion: Motion,
     /// The caps of all clients together.
     pub limits: Limits,
-    held_back: [HeldBack; MAX_HELD_BACK],
+    held_back: Lanes<HeldBack>,
 }
 
 impl BaseDecision {
@@ -361,19 +380,21 @@ impl BaseDecision {
         BaseRule::from_code(self.rule)
     }
 
-    /// Names a client that is held back; beyond [`MAX_HELD_BACK`] it is left out.
+    /// Names one more client that is held back; there is room for every node of a robot.
     pub fn hold_back(&mut self, entry: HeldBack) {
-        let len = usize::from(self.held_back_len);
-        if let Some(slot) = self.held_back.get_mut(len) {
-            *slot = entry;
-            self.held_back_len += 1;
-        }
+        self.held_back.push(entry);
     }
 
-    /// Who is held back and why, highest priority first.
+    /// Who is held back and why, first in line first: by priority, then by order of arrival.
     #[must_use]
     pub fn held_back(&self) -> &[HeldBack] {
-        &self.held_back[..usize::from(self.held_back_len).min(MAX_HELD_BACK)]
+        &self.held_back
+    }
+
+    /// What the base is to do: the holder's motion within everybody's limits.
+    #[must_use]
+    pub fn limited_motion(&self) -> Motion {
+        self.motion.within(self.limits)
     }
 }
 
@@ -394,11 +415,11 @@ impl BaseRule {
         BaseRule::Queued,
     ];
 
-    fn code(self) -> u16 {
+    pub(super) fn code(self) -> u16 {
         self as u16
     }
 
-    fn from_code(code: u16) -> Self {
+    pub(super) fn from_code(code: u16) -> Self {
         Self::ALL.get(usize::from(code)).copied().unwrap_or(BaseRule::NobodyAsked)
     }
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 /// The most transducers that a ring may have; masks are 32 bits wide.
 pub const MAX_TRANSDUCERS: usize = 32;
 
-/// One value for each transducer of a ring, in the ring's own order. Behaves like a slice of the ring's length.
+/// Up to [`MAX_TRANSDUCERS`] values, mostly one for each transducer of a ring in the ring's own order. Behaves like a slice.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("orienteer::Lanes.v1")]
@@ -27,6 +27,15 @@ impl<T: ZeroCopySend + Copy + Default> Lanes<T> {
         let len = len.min(MAX_TRANSDUCERS);
         values[..len].fill(value);
         Self { len: len as u32, values }
+    }
+
+    /// Appends a value; false if there is no room for it.
+    pub fn push(&mut self, value: T) -> bool {
+        let len = self.len();
+        let Some(place) = self.values.get_mut(len) else { return false };
+        *place = value;
+        self.len = len as u32 + 1;
+        true
     }
 }
 

@@ -2,7 +2,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ClientId, Lanes, MAX_TRANSDUCERS, Payload};
+use super::{BaseRule, ClientId, HeldBack, Lanes, MAX_TRANSDUCERS, Payload};
 use crate::time::Time;
 
 /// What one transducer heard.
@@ -164,7 +164,7 @@ impl Payload for SonarScan {
 pub struct FiringProgram {
     /// A bit mask of transducers for each slot, in firing order.
     pub slots: Lanes<u32>,
-    /// Least seconds from the start of a pass to the start of the next.
+    /// Least seconds from the start of a pass to the start of the next. The safety floor may shorten it.
     pub period: f32,
     /// Number of distinct rings over whose median a reading is averaged; 0 and 1 mean none.
     pub rings: u32,
@@ -210,8 +210,38 @@ pub struct SonarDecision {
     pub holder: ClientId,
     /// The program with the safety floor worked in.
     pub program: FiringProgram,
-    /// Transducers that are fired only because the safety floor demands it.
+    /// Transducers that are fired more often than the holder asked, because the safety floor demands it.
     pub floor: u32,
+    /// Since when the holder has had the sonar without a break; the stamp if nobody has it.
+    pub since: Time,
+    rule: u16,
+    held_back: Lanes<HeldBack>,
+}
+
+impl SonarDecision {
+    /// Sets why the holder has the sonar.
+    #[must_use]
+    pub fn because(mut self, rule: BaseRule) -> Self {
+        self.rule = rule.code();
+        self
+    }
+
+    /// Why the holder has the sonar.
+    #[must_use]
+    pub fn rule(&self) -> BaseRule {
+        BaseRule::from_code(self.rule)
+    }
+
+    /// Names one more client that is held back; there is room for every node of a robot.
+    pub fn hold_back(&mut self, entry: HeldBack) {
+        self.held_back.push(entry);
+    }
+
+    /// Who is held back and why, first in line first: by priority, then by order of arrival.
+    #[must_use]
+    pub fn held_back(&self) -> &[HeldBack] {
+        &self.held_back
+    }
 }
 
 impl Payload for SonarDecision {
