@@ -1,12 +1,19 @@
 //! How Orienteer's actors live.
 //!
-//! This crate knows nothing of any particular behaviour or device. It gives them time ([`time`]), a common geometry
-//! ([`geometry`]), named random streams ([`random`]), typed topics ([`topics`]) and a description of the robot they run on
-//! ([`robot_model`]), and it decides who drives ([`arbitration`]).
-#![forbid(unsafe_code)]
+//! This crate knows nothing of any particular behaviour or device. From the ground up:
+//!
+//! | layer | modules |
+//! |---|---|
+//! | common terms | [`geometry`], [`time`], [`random`], [`robot_model`], [`topics`] |
+//! | between actors | [`link`] carries topics, [`arbitration`] decides who has the base and the sonar |
+//! | one actor | [`agent`]: what a behaviour is; [`host`]: the actor that runs it |
+//! | many actors | [`robot`] steps its nodes, [`fleet`] its robots, [`clock`] says when |
+//! | around them | [`recording`] keeps what happened |
+#![deny(unsafe_code)]
 
 pub mod arbitration;
 pub mod geometry;
+pub mod link;
 pub mod random;
 pub mod robot_model;
 pub mod time;
