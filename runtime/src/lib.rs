@@ -15,6 +15,7 @@ pub mod arbitration;
 pub mod geometry;
 pub mod link;
 pub mod random;
+pub mod recording;
 pub mod robot_model;
 pub mod time;
 pub mod topics;
