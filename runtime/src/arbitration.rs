@@ -7,6 +7,7 @@
 //! * [`sonar`]: firing programs, with a [`floor`](sonar::SafetyFloor) that nobody can take away.
 //! * [`client`]: the other side, what a behaviour calls.
 //! * [`explain`]: a decision as a sentence.
+//! * [`Arbitration`]: both arbiters as a node of a robot.
 //!
 //! # The rule
 //!
@@ -30,10 +31,12 @@ pub mod base;
 pub mod client;
 mod clients;
 pub mod explain;
+mod node;
 #[doc(hidden)]
 pub mod oracle;
 pub mod sonar;
 mod standing;
 
 pub use clients::{Client, Clients};
+pub use node::Arbitration;
 pub use standing::{Standing, rank, rule};

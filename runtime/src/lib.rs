@@ -11,11 +11,16 @@
 //! | around them | [`recording`] keeps what happened |
 #![deny(unsafe_code)]
 
+pub mod agent;
 pub mod arbitration;
+pub mod clock;
+pub mod fleet;
 pub mod geometry;
+pub mod host;
 pub mod link;
 pub mod random;
 pub mod recording;
+pub mod robot;
 pub mod robot_model;
 pub mod time;
 pub mod topics;

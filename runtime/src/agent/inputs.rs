@@ -1,0 +1,157 @@
+use std::{
+    any::{Any, TypeId},
+    cell::Cell,
+};
+
+use super::{Phase, Wiring};
+use crate::{
+    link::{LinkError, RobotBus, Subscriber},
+    topics::Payload,
+};
+
+/// Everything that a node may look at in one step.
+///
+/// Each topic that the node declared has its newest sample and the samples that came since the last step.
+pub struct Inputs {
+    /// The phase that is being stepped.
+    pub phase: Phase,
+    slots: Vec<Box<dyn ReadPort>>,
+    undeclared: Cell<Option<&'static str>>,
+}
+
+impl Inputs {
+    /// Inputs that are joined to a robot's topics.
+    ///
+    /// # Errors
+    /// If a port can't be made.
+    pub(crate) fn connect(wiring: &Wiring, bus: Option<&RobotBus>) -> Result<Self, LinkError> {
+        let slots = wiring.read_ports().iter().map(|port| (port.reader)(bus)).collect::<Result<_, _>>()?;
+        Ok(Self { phase: Phase::Behave, slots, undeclared: Cell::new(None) })
+    }
+
+    /// Inputs that only hold what [`Inputs::put`] gives them: for tests.
+    #[must_use]
+    pub fn offline(wiring: &Wiring) -> Self {
+        let slots = wiring.read_ports().iter().filter_map(|port| (port.reader)(None).ok()).collect();
+        Self { phase: Phase::Behave, slots, undeclared: Cell::new(None) }
+    }
+
+    /// The newest sample of a topic, however old; `None` before the first.
+    #[must_use]
+    pub fn latest<P: Payload>(&self) -> Option<&P> {
+        self.slot::<P>().and_then(|slot| slot.last.as_ref())
+    }
+
+    /// The newest sample of a topic if it came since the last step.
+    #[must_use]
+    pub fn fresh<P: Payload>(&self) -> Option<&P> {
+        self.slot::<P>().and_then(|slot| slot.new.last())
+    }
+
+    /// All samples of a topic that came since the last step, oldest first.
+    #[must_use]
+    pub fn each<P: Payload>(&self) -> &[P] {
+        self.slot::<P>().map_or(&[], |slot| &slot.new)
+    }
+
+    /// Adds a sample by hand, as if it had just come. Samples of topics that were not declared are dropped.
+    pub fn put<P: Payload>(&mut self, sample: P) {
+        if let Some(slot) = self.slots.iter_mut().find_map(|slot| slot.as_any_mut().downcast_mut::<ReadSlot<P>>()) {
+            slot.new.push(sample);
+            slot.last = Some(sample);
+        }
+    }
+
+    /// Forgets which samples are new, as the host does between steps.
+    pub fn settle(&mut self) {
+        for slot in &mut self.slots {
+            slot.settle();
+        }
+    }
+
+    /// Shows the same samples as `other`, which was made from the same wiring.
+    pub(super) fn copy_from(&mut self, other: &Inputs) {
+        self.phase = other.phase;
+        for (slot, other) in self.slots.iter_mut().zip(&other.slots) {
+            slot.copy_from(other.as_ref());
+        }
+    }
+
+    /// Fetches what has come on the links since the last call.
+    pub(crate) fn refresh(&mut self) {
+        for slot in &mut self.slots {
+            slot.refresh();
+        }
+    }
+
+    /// A topic that was asked for without having been declared: a mistake of the node's author.
+    pub(crate) fn take_undeclared(&self) -> Option<&'static str> {
+        self.undeclared.take()
+    }
+
+    fn slot<P: Payload>(&self) -> Option<&ReadSlot<P>> {
+        let found = self.slots.iter().find(|slot| slot.payload() == TypeId::of::<P>());
+        if found.is_none() {
+            self.undeclared.set(Some(P::TOPIC));
+        }
+        found.and_then(|slot| slot.as_any().downcast_ref())
+    }
+}
+
+/// The reading end of one topic, whatever its payload.
+pub(super) trait ReadPort {
+    fn payload(&self) -> TypeId;
+    fn refresh(&mut self);
+    fn settle(&mut self);
+    fn copy_from(&mut self, other: &dyn ReadPort);
+    fn as_any(&self) -> &dyn Any;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+pub(super) struct ReadSlot<P: Payload> {
+    subscriber: Option<Subscriber<P>>,
+    new: Vec<P>,
+    last: Option<P>,
+}
+
+impl<P: Payload> ReadSlot<P> {
+    pub(super) fn new(subscriber: Option<Subscriber<P>>) -> Self {
+        Self { subscriber, new: Vec::with_capacity(P::QUEUE), last: None }
+    }
+}
+
+impl<P: Payload> ReadPort for ReadSlot<P> {
+    fn payload(&self) -> TypeId {
+        TypeId::of::<P>()
+    }
+
+    fn refresh(&mut self) {
+        self.new.clear();
+        if let Some(subscriber) = &mut self.subscriber {
+            let new = &mut self.new;
+            subscriber.drain(|sample| new.push(*sample));
+        }
+        if let Some(newest) = self.new.last() {
+            self.last = Some(*newest);
+        }
+    }
+
+    fn settle(&mut self) {
+        self.new.clear();
+    }
+
+    fn copy_from(&mut self, other: &dyn ReadPort) {
+        if let Some(other) = other.as_any().downcast_ref::<Self>() {
+            self.new.clone_from(&other.new);
+            self.last = other.last;
+        }
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}

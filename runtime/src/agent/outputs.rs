@@ -1,0 +1,228 @@
+use std::any::{Any, TypeId};
+
+use tracing::Level;
+
+use super::Wiring;
+use crate::{
+    arbitration::client::{BaseHandle, SonarHandle},
+    link::{LinkError, Publisher, RobotBus},
+    recording::GridImage,
+    topics::{ClientId, Payload},
+};
+
+/// A sentence that a node wants to be read and recorded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogLine {
+    /// How much it matters.
+    pub level: Level,
+    /// The sentence.
+    pub text: String,
+}
+
+/// Everything that a node may do in one step.
+pub struct Outputs {
+    /// The node's hold on the base.
+    pub base: BaseHandle,
+    /// The node's hold on the sonar.
+    pub sonar: SonarHandle,
+    slots: Vec<Box<dyn WritePort>>,
+    logs: Vec<LogLine>,
+    grids: Vec<GridImage>,
+    overflow: u32,
+    undeclared: Option<&'static str>,
+    done: bool,
+}
+
+/// How many log lines one step may say; more are dropped and counted as overflow.
+const MAX_LOGS: usize = 16;
+
+impl Outputs {
+    pub(crate) fn connect(wiring: &Wiring, client: ClientId, bus: Option<&RobotBus>) -> Result<Self, LinkError> {
+        let slots = wiring.write_ports().iter().map(|port| (port.writer)(bus)).collect::<Result<_, _>>()?;
+        Ok(Self::with_ports(client, slots))
+    }
+
+    fn with_ports(client: ClientId, slots: Vec<Box<dyn WritePort>>) -> Self {
+        Self {
+            base: BaseHandle::new(client),
+            sonar: SonarHandle::new(client),
+            slots,
+            logs: Vec::new(),
+            grids: Vec::new(),
+            overflow: 0,
+            undeclared: None,
+            done: false,
+        }
+    }
+
+    /// Outputs that go nowhere: for tests.
+    #[must_use]
+    pub fn offline(wiring: &Wiring) -> Self {
+        // Without a bus no port can fail.
+        Self::connect(wiring, ClientId(0), None).unwrap_or_else(|_| Self::with_ports(ClientId(0), Vec::new()))
+    }
+
+    /// Says that this robot has nothing more to do. The mission ends when all its robots say so.
+    pub fn end_mission(&mut self) {
+        self.done = true;
+    }
+
+    /// Forgets what was published and said, as the host does after each step: for tests that take several steps.
+    pub fn settle(&mut self) {
+        for slot in &mut self.slots {
+            slot.discard();
+        }
+        self.logs.clear();
+        self.grids.clear();
+    }
+
+    /// Publishes a sample at the end of the step. A node can publish as many samples of a topic in one step as the topic's
+    /// queue holds; more are dropped and counted.
+    pub fn publish<P: Payload>(&mut self, sample: P) {
+        let Some(slot) = self.slots.iter_mut().find(|slot| slot.payload() == TypeId::of::<P>()) else {
+            self.undeclared = Some(P::TOPIC);
+            return;
+        };
+        if let Some(slot) = slot.as_any_mut().downcast_mut::<WriteSlot<P>>() {
+            if slot.pending.len() < P::QUEUE {
+                slot.pending.push(sample);
+            } else {
+                self.overflow += 1;
+            }
+        }
+    }
+
+    /// What was published in this step: for tests.
+    #[must_use]
+    pub fn published<P: Payload>(&self) -> &[P] {
+        self.slots.iter().find_map(|slot| slot.as_any().downcast_ref::<WriteSlot<P>>()).map_or(&[], |slot| &slot.pending)
+    }
+
+    /// Says something at level [`Level::INFO`].
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.log(Level::INFO, text);
+    }
+
+    /// Says something; it is shown and recorded with the time and the node's name.
+    pub fn log(&mut self, level: Level, text: impl Into<String>) {
+        if self.logs.len() < MAX_LOGS {
+            self.logs.push(LogLine { level, text: text.into() });
+        } else {
+            self.overflow += 1;
+        }
+    }
+
+    /// Records a picture of a grid map. Costly; once in many seconds is plenty.
+    pub fn record_grid(&mut self, grid: GridImage) {
+        self.grids.push(grid);
+    }
+
+    /// Sends what the step published and forgets it. Returns how much was dropped because the node said too much.
+    pub(crate) fn flush(&mut self) -> Result<u32, LinkError> {
+        for slot in &mut self.slots {
+            slot.flush()?;
+        }
+        Ok(std::mem::take(&mut self.overflow))
+    }
+
+    /// Forgets everything that the step wanted: what happens when it panicked half-way.
+    pub(crate) fn discard(&mut self) {
+        self.settle();
+        self.base.release();
+        self.sonar.release();
+    }
+
+    pub(crate) fn logs_mut(&mut self) -> &mut Vec<LogLine> {
+        &mut self.logs
+    }
+
+    pub(crate) fn grids_mut(&mut self) -> &mut Vec<GridImage> {
+        &mut self.grids
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.done
+    }
+
+    pub(crate) fn take_undeclared(&mut self) -> Option<&'static str> {
+        self.undeclared.take()
+    }
+}
+
+/// The last words of a node.
+#[derive(Debug, Default)]
+pub struct Finish {
+    /// Figures for the summary, by name; units belong in the name (`distance_m`).
+    pub facts: Vec<(String, f64)>,
+    /// Files to write into the output directory.
+    pub files: Vec<OutputFile>,
+}
+
+impl Finish {
+    /// Adds a figure.
+    pub fn fact(&mut self, name: impl Into<String>, value: f64) {
+        self.facts.push((name.into(), value));
+    }
+
+    /// Adds a file.
+    pub fn file(&mut self, name: impl Into<String>, bytes: Vec<u8>) {
+        self.files.push(OutputFile { name: name.into(), bytes });
+    }
+}
+
+/// A file that a node leaves behind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputFile {
+    /// Name within the output directory, without folders.
+    pub name: String,
+    /// Content.
+    pub bytes: Vec<u8>,
+}
+
+/// The writing end of one topic, whatever its payload.
+pub(super) trait WritePort {
+    fn payload(&self) -> TypeId;
+    fn flush(&mut self) -> Result<(), LinkError>;
+    fn discard(&mut self);
+    fn as_any(&self) -> &dyn Any;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+pub(super) struct WriteSlot<P: Payload> {
+    publisher: Option<Publisher<P>>,
+    pending: Vec<P>,
+}
+
+impl<P: Payload> WriteSlot<P> {
+    pub(super) fn new(publisher: Option<Publisher<P>>) -> Self {
+        Self { publisher, pending: Vec::with_capacity(P::QUEUE) }
+    }
+}
+
+impl<P: Payload> WritePort for WriteSlot<P> {
+    fn payload(&self) -> TypeId {
+        TypeId::of::<P>()
+    }
+
+    fn flush(&mut self) -> Result<(), LinkError> {
+        if let Some(publisher) = &mut self.publisher {
+            for sample in &self.pending {
+                publisher.publish(*sample)?;
+            }
+        }
+        self.pending.clear();
+        Ok(())
+    }
+
+    fn discard(&mut self) {
+        self.pending.clear();
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}

@@ -1,0 +1,91 @@
+use crate::{
+    agent::{
+        inputs::{ReadPort, ReadSlot},
+        outputs::{WritePort, WriteSlot},
+    },
+    link::{LinkError, RobotBus},
+    recording::Track,
+    topics::Payload,
+};
+
+/// The topics that a node reads and writes, in the order in which it declares them.
+#[derive(Debug, Clone, Default)]
+pub struct Wiring {
+    reads: Vec<Port>,
+    writes: Vec<Port>,
+}
+
+/// One declared topic. Knows how to make the ports of its payload type.
+#[derive(Debug, Clone, Copy)]
+pub struct Port {
+    /// The topic's name.
+    pub topic: &'static str,
+    /// True if many nodes may write it.
+    pub many_writers: bool,
+    pub(super) reader: fn(Option<&RobotBus>) -> Result<Box<dyn ReadPort>, LinkError>,
+    pub(super) writer: fn(Option<&RobotBus>) -> Result<Box<dyn WritePort>, LinkError>,
+    pub(crate) tap: fn(&RobotBus) -> Result<Box<dyn Tap>, LinkError>,
+}
+
+impl Port {
+    fn of<P: Payload>() -> Self {
+        Self {
+            topic: P::TOPIC,
+            many_writers: P::MANY_WRITERS,
+            reader: |bus| Ok(Box::new(ReadSlot::<P>::new(bus.map(RobotBus::subscriber).transpose()?))),
+            writer: |bus| Ok(Box::new(WriteSlot::<P>::new(bus.map(RobotBus::publisher).transpose()?))),
+            tap: |bus| Ok(Box::new(bus.subscriber::<P>()?)),
+        }
+    }
+}
+
+impl Wiring {
+    /// Declares that the node reads the topic of `P`.
+    pub fn reads<P: Payload>(&mut self) -> &mut Self {
+        Self::add(&mut self.reads, Port::of::<P>());
+        self
+    }
+
+    /// Declares that the node writes the topic of `P`.
+    pub fn writes<P: Payload>(&mut self) -> &mut Self {
+        Self::add(&mut self.writes, Port::of::<P>());
+        self
+    }
+
+    fn add(ports: &mut Vec<Port>, port: Port) {
+        if ports.iter().all(|other| other.topic != port.topic) {
+            ports.push(port);
+        }
+    }
+
+    /// Adds all topics that `other` writes.
+    pub(crate) fn absorb_writes(&mut self, other: &Wiring) {
+        for port in &other.writes {
+            Self::add(&mut self.writes, *port);
+        }
+    }
+
+    /// The topics read.
+    #[must_use]
+    pub fn read_ports(&self) -> &[Port] {
+        &self.reads
+    }
+
+    /// The topics written.
+    #[must_use]
+    pub fn write_ports(&self) -> &[Port] {
+        &self.writes
+    }
+}
+
+/// Copies a topic into a recording.
+pub(crate) trait Tap: 'static {
+    /// Records all samples that have come since the last call.
+    fn drain(&mut self, track: &mut Track);
+}
+
+impl<P: Payload> Tap for crate::link::Subscriber<P> {
+    fn drain(&mut self, track: &mut Track) {
+        crate::link::Subscriber::drain(self, |sample| track.record(sample));
+    }
+}

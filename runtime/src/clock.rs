@@ -1,0 +1,129 @@
+//! Who says what time it is.
+//!
+//! Only the fleet reads a clock, and only through this module. In lockstep, time is a count of control periods; the pace says
+//! how fast they follow each other. At wall time, a step is told how long the mission has run.
+
+use std::time::{Duration, Instant};
+
+use crate::time::Time;
+
+/// How simulated or real time passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// Lockstep, each step as soon as the last is complete.
+    AsFastAsPossible,
+    /// Lockstep at a multiple of real time.
+    Factor(f64),
+    /// The machine's clock. Steps that come late are skipped, not made up for.
+    Wall,
+}
+
+/// The clock of a fleet: hands out the time of the next step and how long to wait for it.
+#[derive(Debug)]
+pub struct Clock {
+    pace: Pace,
+    period: Duration,
+    tick: u64,
+    started: Instant,
+    missed: u64,
+}
+
+impl Clock {
+    /// A clock at the start of a mission.
+    #[must_use]
+    pub fn new(pace: Pace, period: Duration) -> Self {
+        Self { pace, period, tick: 0, started: Instant::now(), missed: 0 }
+    }
+
+    /// The time of the current step.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        match self.pace {
+            Pace::Wall => Time::START + self.started.elapsed(),
+            Pace::AsFastAsPossible | Pace::Factor(_) => self.simulated(),
+        }
+    }
+
+    fn simulated(&self) -> Time {
+        Time::from_nanos(self.tick.saturating_mul(self.period.as_nanos() as u64))
+    }
+
+    /// Goes on to the next step and returns how long to wait for it.
+    pub fn advance(&mut self) -> Duration {
+        self.tick += 1;
+        let elapsed = self.started.elapsed();
+        let due = match self.pace {
+            Pace::AsFastAsPossible => return Duration::ZERO,
+            Pace::Factor(factor) => self.simulated().since(Time::START).div_f64(factor.max(1e-6)),
+            Pace::Wall => {
+                let late = elapsed.saturating_sub(self.simulated().since(Time::START));
+                let skipped = (late.as_nanos() / self.period.as_nanos().max(1)) as u64;
+                self.tick += skipped;
+                self.missed += skipped;
+                self.simulated().since(Time::START)
+            }
+        };
+        due.saturating_sub(elapsed)
+    }
+
+    /// Starts simulated time anew at the current step, so that a pause is not made up for.
+    pub fn resume(&mut self) {
+        if let Pace::Factor(factor) = self.pace {
+            let due = self.simulated().since(Time::START).div_f64(factor.max(1e-6));
+            self.started = Instant::now().checked_sub(due).unwrap_or_else(Instant::now);
+        }
+    }
+
+    /// Number of steps taken or skipped.
+    #[must_use]
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Steps that were skipped because the last one came too late. Always 0 in lockstep.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Wall time since the mission started.
+    #[must_use]
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// What measures steps under this clock: nothing in lockstep, where the machine's speed must not show.
+    #[must_use]
+    pub fn stopwatch(pace: Pace) -> Stopwatch {
+        if pace == Pace::Wall { Stopwatch::Wall } else { Stopwatch::Off }
+    }
+}
+
+/// Measures how long a step takes, or does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stopwatch {
+    /// Measures nothing.
+    Off,
+    /// Measures with the machine's clock.
+    Wall,
+}
+
+/// A measurement under way.
+#[derive(Debug, Clone, Copy)]
+pub struct Started(Option<Instant>);
+
+impl Stopwatch {
+    /// Starts measuring.
+    #[must_use]
+    pub fn start(self) -> Started {
+        Started((self == Stopwatch::Wall).then(Instant::now))
+    }
+}
+
+impl Started {
+    /// Time since the start; `None` if nothing is measured.
+    #[must_use]
+    pub fn elapsed(&self) -> Option<Duration> {
+        self.0.map(|started| started.elapsed())
+    }
+}

@@ -1,0 +1,272 @@
+use std::{future::poll_fn, ops::ControlFlow, task::Poll, time::Duration};
+
+use actix::{Actor, Addr, Arbiter, AsyncContext, Context, Handler, Message};
+use tokio::sync::oneshot;
+
+use super::{
+    Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer,
+    crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
+};
+use crate::{
+    clock::Clock,
+    recording::{RecordError, Recorder, RecordingSummary},
+    robot::{RobotPlan, RobotReport},
+    time::Time,
+};
+
+/// How often a paused fleet looks whether it may go on.
+const PAUSE_POLL: Duration = Duration::from_millis(20);
+
+/// Runs a fleet on the current actor system.
+pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> {
+    let threads = plan.threads.clamp(1, plan.robots.len().max(1));
+    let fleet_size = plan.robots.len();
+    let mut shares = share_out(plan.robots, threads);
+    let stopwatch = Clock::stopwatch(plan.pace);
+    let (ended, end) = oneshot::channel();
+    let conductor = Conductor {
+        crews: Vec::new(),
+        waiting: 0,
+        parcels: Vec::new(),
+        empties: (0..threads).map(|_| Vec::new()).collect(),
+        done: 0,
+        fleet_size,
+        clock: Clock::new(plan.pace, plan.period),
+        now: Time::START,
+        last: plan.duration.map(|duration| Time::START + duration),
+        environment: plan.environment,
+        observer: plan.observer,
+        control: plan.control.clone(),
+        recorder: plan.recorder,
+        ended: Some(ended),
+    }
+    .start();
+
+    let mut arbiters = Vec::new();
+    let mut crews = Vec::new();
+    // The first share stays on this thread, the others get an arbiter each.
+    for (index, share) in shares.drain(..).enumerate() {
+        let to = conductor.clone().recipient();
+        if index == 0 {
+            crews.push(Crew::start(index, share, stopwatch, to)?);
+            continue;
+        }
+        let arbiter = Arbiter::new();
+        let (sent, started) = oneshot::channel();
+        arbiter.spawn_fn(move || {
+            // If nobody waits for the answer any more, the fleet has failed to start elsewhere.
+            let _ = sent.send(Crew::start(index, share, stopwatch, to));
+        });
+        arbiters.push(arbiter);
+        crews.push(started.await.map_err(|_| FleetError::System("a thread died while robots came to life".to_string()))??);
+    }
+
+    let signals = actix::spawn(stop_on_signal(plan.control));
+    conductor.do_send(Begin { crews: crews.clone() });
+    let end = end.await.map_err(|_| FleetError::System("the conductor died".to_string()))?;
+    signals.abort();
+    let report = finish(end, &crews).await;
+    for arbiter in arbiters {
+        arbiter.stop();
+        // Joined so that the robots' ports are dropped before the process goes on.
+        if arbiter.join().is_err() {
+            tracing::error!("a thread of the fleet panicked at its end");
+        }
+    }
+    report
+}
+
+/// Deals the robots out in contiguous shares, so that each thread's parcels are in order.
+fn share_out(robots: Vec<RobotPlan>, threads: usize) -> Vec<Vec<(usize, RobotPlan)>> {
+    let count = robots.len();
+    let mut shares: Vec<Vec<_>> = (0..threads).map(|_| Vec::new()).collect();
+    for (index, robot) in robots.into_iter().enumerate() {
+        shares[index * threads / count.max(1)].push((index, robot));
+    }
+    shares
+}
+
+async fn stop_on_signal(control: FleetControl) {
+    use tokio::signal::unix::{SignalKind, signal};
+    let (Ok(mut interrupt), Ok(mut terminate)) = (signal(SignalKind::interrupt()), signal(SignalKind::terminate())) else {
+        tracing::warn!("can't listen for signals; Ctrl-C will kill the mission instead of ending it");
+        return;
+    };
+    poll_fn(|context| match (interrupt.poll_recv(context), terminate.poll_recv(context)) {
+        (Poll::Pending, Poll::Pending) => Poll::Pending,
+        _ => Poll::Ready(()),
+    })
+    .await;
+    control.stop();
+}
+
+async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetError> {
+    let mut robots: Vec<(usize, RobotReport)> = Vec::new();
+    for crew in crews {
+        let reports = crew.send(FinishCrew { now: end.time }).await;
+        robots.extend(reports.map_err(|_| FleetError::System("a crew died before its last words".to_string()))?);
+    }
+    robots.sort_by_key(|(index, _)| *index);
+    Ok(FleetReport {
+        robots: robots.into_iter().map(|(_, report)| report).collect(),
+        time: end.time,
+        steps: end.steps,
+        missed: end.missed,
+        elapsed: end.elapsed,
+        ended: end.why,
+        recording: end.recording,
+    })
+}
+
+/// How the last step left things.
+struct End {
+    time: Time,
+    steps: u64,
+    missed: u64,
+    elapsed: Duration,
+    why: Ended,
+    recording: Option<Result<RecordingSummary, RecordError>>,
+}
+
+struct Conductor {
+    crews: Vec<Addr<Crew>>,
+    waiting: usize,
+    /// What the robots recorded in this step.
+    parcels: Vec<Parcel>,
+    /// Emptied buffers, by crew.
+    empties: Vec<Vec<Parcel>>,
+    done: usize,
+    fleet_size: usize,
+    clock: Clock,
+    now: Time,
+    last: Option<Time>,
+    environment: Box<dyn Environment>,
+    observer: Box<dyn Observer>,
+    control: FleetControl,
+    recorder: Option<Recorder>,
+    ended: Option<oneshot::Sender<End>>,
+}
+
+/// All crews are alive: start the first step.
+#[derive(Message)]
+#[rtype(result = "()")]
+struct Begin {
+    crews: Vec<Addr<Crew>>,
+}
+
+/// It is time for the next step.
+#[derive(Message)]
+#[rtype(result = "()")]
+struct Next;
+
+impl Conductor {
+    fn step(&mut self) {
+        self.now = self.clock.now();
+        (self.waiting, self.done) = (self.crews.len(), 0);
+        for (crew, empties) in self.crews.iter().zip(&mut self.empties) {
+            crew.do_send(StepCrew { now: self.now, empties: std::mem::take(empties) });
+        }
+    }
+
+    /// The barrier: all crews are through with the step.
+    fn complete(&mut self, context: &mut Context<Self>) {
+        let now = self.now;
+        self.record();
+        let watched = self.observer.after_step(now);
+        let why = if self.done == self.fleet_size {
+            Some(Ended::AllDone)
+        } else if self.last.is_some_and(|last| now >= last) {
+            Some(Ended::Complete)
+        } else if self.control.is_stopped() || watched == ControlFlow::Break(()) {
+            Some(Ended::Stopped)
+        } else {
+            None
+        };
+        match why {
+            Some(why) => self.end(now, why),
+            None => self.wait_for_next(context),
+        }
+    }
+
+    /// Hands what the robots recorded to the recorder, in their order, and the buffers back to their crews.
+    fn record(&mut self) {
+        self.parcels.sort_by_key(|parcel| parcel.robot);
+        for mut parcel in self.parcels.drain(..) {
+            if let Some(recorder) = &mut self.recorder {
+                recorder.append(&mut parcel.entries);
+            }
+            self.empties[parcel.crew].push(parcel);
+        }
+    }
+
+    fn wait_for_next(&mut self, context: &mut Context<Self>) {
+        let pause = self.clock.advance();
+        if pause > Duration::ZERO {
+            context.run_later(pause, |conductor, context| conductor.begin_step(context));
+        } else {
+            self.begin_step(context);
+        }
+    }
+
+    fn begin_step(&mut self, context: &mut Context<Self>) {
+        if self.control.holds() {
+            context.run_later(PAUSE_POLL, |conductor, context| {
+                conductor.clock.resume();
+                conductor.begin_step(context);
+            });
+            return;
+        }
+        self.environment.advance(self.clock.now());
+        context.notify(Next);
+    }
+
+    fn end(&mut self, time: Time, why: Ended) {
+        let recording = self.recorder.take().map(Recorder::finish);
+        let end = End {
+            time,
+            steps: self.clock.tick() + 1,
+            missed: self.clock.missed(),
+            elapsed: self.clock.elapsed(),
+            why,
+            recording,
+        };
+        if let Some(ended) = self.ended.take() {
+            // Nobody waits only if the whole system is going down.
+            let _ = ended.send(end);
+        }
+    }
+}
+
+impl Actor for Conductor {
+    type Context = Context<Self>;
+}
+
+impl Handler<Begin> for Conductor {
+    type Result = ();
+
+    fn handle(&mut self, begin: Begin, _: &mut Context<Self>) {
+        self.crews = begin.crews;
+        self.step();
+    }
+}
+
+impl Handler<Next> for Conductor {
+    type Result = ();
+
+    fn handle(&mut self, _: Next, _: &mut Context<Self>) {
+        self.step();
+    }
+}
+
+impl Handler<CrewStepped> for Conductor {
+    type Result = ();
+
+    fn handle(&mut self, mut stepped: CrewStepped, context: &mut Context<Self>) {
+        self.done += stepped.done;
+        self.parcels.append(&mut stepped.parcels);
+        self.waiting -= 1;
+        if self.waiting == 0 {
+            self.complete(context);
+        }
+    }
+}

@@ -1,0 +1,143 @@
+use std::{cell::RefCell, rc::Rc};
+
+use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture};
+
+use crate::{
+    clock::Stopwatch,
+    host::HostError,
+    recording::{Entries, Track},
+    robot::{FinishRobot, Robot, RobotPlan, RobotReport, RobotStepped, StepRobot},
+    time::Time,
+};
+
+/// The robots of one thread, stepped one after the other.
+pub(super) struct Crew {
+    members: Vec<Member>,
+    conductor: Recipient<CrewStepped>,
+    next: usize,
+    now: Time,
+    done: usize,
+    index: usize,
+    /// Buffers that have been to the recorder and back.
+    parcel: Vec<Parcel>,
+}
+
+struct Member {
+    index: usize,
+    robot: Addr<Robot>,
+    track: Rc<RefCell<Track>>,
+}
+
+/// What one robot recorded in one step.
+#[derive(Debug, Default)]
+pub(super) struct Parcel {
+    /// The crew that packed it.
+    pub crew: usize,
+    /// The robot's place in the plan.
+    pub robot: usize,
+    pub entries: Entries,
+}
+
+/// Step all robots. The parcels of an earlier step come back to be filled again.
+#[derive(Message)]
+#[rtype(result = "()")]
+pub(super) struct StepCrew {
+    pub now: Time,
+    pub empties: Vec<Parcel>,
+}
+
+/// All robots of a crew have been stepped.
+#[derive(Message)]
+#[rtype(result = "()")]
+pub(super) struct CrewStepped {
+    pub parcels: Vec<Parcel>,
+    /// How many robots have nothing more to do.
+    pub done: usize,
+}
+
+/// Collect the last words of all robots.
+#[derive(Message)]
+#[rtype(result = "Vec<(usize, RobotReport)>")]
+pub(super) struct FinishCrew {
+    pub now: Time,
+}
+
+impl Crew {
+    /// Brings the robots to life on the current arbiter; numbers are their places in the fleet's plan.
+    pub(super) fn start(
+        index: usize,
+        plans: Vec<(usize, RobotPlan)>,
+        stopwatch: Stopwatch,
+        conductor: Recipient<CrewStepped>,
+    ) -> Result<Addr<Crew>, HostError> {
+        let mut failed = None;
+        let crew = Crew::create(|context| {
+            let address = context.address();
+            let mut members = Vec::with_capacity(plans.len());
+            for (index, plan) in plans {
+                match Robot::start(plan, stopwatch, address.clone().recipient()) {
+                    Ok((robot, track)) => members.push(Member { index, robot, track }),
+                    Err(error) => {
+                        failed = Some(error);
+                        break;
+                    }
+                }
+            }
+            Crew { members, conductor, next: 0, now: Time::START, done: 0, index, parcel: Vec::new() }
+        });
+        failed.map_or(Ok(crew), Err)
+    }
+
+    fn go_on(&mut self) {
+        if let Some(member) = self.members.get(self.next) {
+            self.next += 1;
+            member.robot.do_send(StepRobot { now: self.now });
+            return;
+        }
+        let mut parcels = std::mem::take(&mut self.parcel);
+        parcels.resize_with(self.members.len(), Parcel::default);
+        for (parcel, member) in parcels.iter_mut().zip(&self.members) {
+            (parcel.crew, parcel.robot) = (self.index, member.index);
+            member.track.borrow_mut().swap_entries(&mut parcel.entries);
+        }
+        self.conductor.do_send(CrewStepped { parcels, done: self.done });
+    }
+}
+
+impl Actor for Crew {
+    type Context = Context<Self>;
+}
+
+impl Handler<StepCrew> for Crew {
+    type Result = ();
+
+    fn handle(&mut self, step: StepCrew, _: &mut Context<Self>) {
+        self.parcel = step.empties;
+        (self.now, self.next, self.done) = (step.now, 0, 0);
+        self.go_on();
+    }
+}
+
+impl Handler<RobotStepped> for Crew {
+    type Result = ();
+
+    fn handle(&mut self, stepped: RobotStepped, _: &mut Context<Self>) {
+        self.done += usize::from(stepped.done);
+        self.go_on();
+    }
+}
+
+impl Handler<FinishCrew> for Crew {
+    type Result = ResponseFuture<Vec<(usize, RobotReport)>>;
+
+    fn handle(&mut self, finish: FinishCrew, _: &mut Context<Self>) -> Self::Result {
+        let robots: Vec<_> = self.members.iter().map(|member| (member.index, member.robot.clone())).collect();
+        Box::pin(async move {
+            let mut reports = Vec::with_capacity(robots.len());
+            for (index, robot) in robots {
+                reports.push((index, robot.send(FinishRobot { now: finish.now }).await.unwrap_or_default()));
+            }
+            reports
+        })
+    }
+}

@@ -1,0 +1,247 @@
+//! A fleet of small robots with no hardware: stepping, arbitration between hosts, panics, determinism over threads.
+#![allow(clippy::unwrap_used)]
+
+use std::{ops::ControlFlow, sync::Arc, time::Duration};
+
+use iceoryx2::prelude::ZeroCopySend;
+use orienteer_runtime::{
+    agent::{Behaviour, Finish, Inputs, Outputs, Phase, RobotContext, Wiring},
+    arbitration::{
+        Arbitration, Clients,
+        sonar::{SafetyFloor, SonarArbiter},
+    },
+    clock::Pace,
+    fleet::{self, Ended, FleetControl, FleetPlan, FleetReport, Still},
+    geometry::{Limits, Pose, Twist},
+    host::{Factory, NodePlan},
+    link::{Backend, Bus, BusOptions},
+    random::Streams,
+    recording::Track,
+    robot::RobotPlan,
+    robot_model::{Platform, Ring},
+    time::Time,
+    topics::{BaseDecision, ClientId, FiringProgram, MotionKind, Payload},
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
+#[repr(C)]
+#[type_name("test::Count.v1")]
+struct Count {
+    value: u64,
+}
+
+impl Payload for Count {
+    const TOPIC: &'static str = "test/count";
+}
+
+/// Publishes a running count in the sense phase.
+#[derive(Default)]
+struct Counter(u64);
+
+impl Behaviour for Counter {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, out: &mut Outputs) {
+        self.0 += 1;
+        out.publish(Count { value: self.0 });
+    }
+}
+
+/// Sums what it hears, drives while the sum is odd, panics when told to.
+struct Follower {
+    sum: u64,
+    panic_at: Option<u64>,
+}
+
+impl Behaviour for Follower {
+    fn step(&mut self, _now: Time, inputs: &Inputs, out: &mut Outputs) {
+        for count in inputs.each::<Count>() {
+            self.sum += count.value;
+            assert!(Some(count.value) != self.panic_at, "as planned");
+        }
+        out.base.drive(Twist::new(0.1, self.sum as f64 * 1e-6));
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        last_words.fact("sum", self.sum as f64);
+    }
+}
+
+/// Takes the base from the 40th to the 59th step.
+struct Interrupter(u64);
+
+impl Behaviour for Interrupter {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, out: &mut Outputs) {
+        self.0 += 1;
+        match self.0 {
+            40..60 => out.base.drive(Twist::new(-0.2, 0.0)),
+            60 => out.base.release(),
+            _ => {}
+        }
+    }
+}
+
+/// Stands for the base: remembers what it was told.
+#[derive(Default)]
+struct Wheels {
+    forward: u64,
+    backward: u64,
+}
+
+impl Behaviour for Wheels {
+    fn step(&mut self, now: Time, inputs: &Inputs, _out: &mut Outputs) {
+        let decision = inputs.fresh::<BaseDecision>().unwrap();
+        assert_eq!(decision.stamp, now, "arbitration comes before the base acts");
+        match decision.motion.kind() {
+            MotionKind::Velocity(twist) if twist.linear > 0.0 => self.forward += 1,
+            MotionKind::Velocity(twist) if twist.linear < 0.0 => self.backward += 1,
+            _ => {}
+        }
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        last_words.fact("forward", self.forward as f64);
+        last_words.fact("backward", self.backward as f64);
+    }
+}
+
+fn node(context: &RobotContext, client: u16, phase: Phase, wiring: Wiring, claims: bool, factory: Factory) -> NodePlan {
+    let client = ClientId(client);
+    let node = Arc::from(context.clients.get(client).unwrap().name.as_str());
+    let context = RobotContext { client, node, ..context.clone() };
+    NodePlan { context, phases: vec![phase], wiring, claims, deadline: Duration::from_millis(50), factory }
+}
+
+fn robot(number: usize, bus: &Bus, panic_at: Option<u64>) -> RobotPlan {
+    let name: Arc<str> = Arc::from(format!("robot-{number}"));
+    let clients: Clients =
+        [("counter", 0), ("follower", 5), ("interrupter", 9), ("arbitration", 0), ("wheels", 0)].into_iter().collect();
+    let ring = Ring {
+        name: "none".into(),
+        transducers: Vec::new(),
+        min_range: 0.1,
+        max_range: 5.0,
+        slot_time: 0.01,
+        program: FiringProgram::default(),
+    };
+    let platform = Platform {
+        name: "none".into(),
+        radius: 0.3,
+        limits: Limits::NONE,
+        acceleration: 1.0,
+        angular_acceleration: 1.0,
+        turning_radius: 0.0,
+    };
+    let context = RobotContext {
+        robot: name.clone(),
+        node: Arc::from(""),
+        client: ClientId::NONE,
+        clients: Arc::new(clients),
+        platform: Arc::new(platform),
+        ring: Arc::new(ring),
+        start: Pose::default(),
+        period: Duration::from_millis(50),
+        streams: Streams::new(1),
+    };
+    let reads_count = || {
+        let mut wiring = Wiring::default();
+        wiring.reads::<Count>();
+        wiring
+    };
+    let mut counts = Wiring::default();
+    counts.writes::<Count>();
+    let mut decisions = Wiring::default();
+    decisions.reads::<BaseDecision>();
+    let nodes = vec![
+        node(&context, 0, Phase::Sense, counts, false, Box::new(|_| Ok(Box::new(Counter::default())))),
+        node(&context, 1, Phase::Behave, reads_count(), true, Box::new(move |_| Ok(Box::new(Follower { sum: 0, panic_at })))),
+        node(&context, 2, Phase::Behave, Wiring::default(), true, Box::new(|_| Ok(Box::new(Interrupter(0))))),
+        node(
+            &context,
+            3,
+            Phase::Arbitrate,
+            Arbitration::wiring(),
+            false,
+            Box::new(|robot| {
+                let sonar = SonarArbiter::new(&robot.clients, &robot.ring, SafetyFloor::none());
+                Ok(Box::new(Arbitration::new(&robot.clients, sonar)))
+            }),
+        ),
+        node(&context, 4, Phase::Act, decisions, false, Box::new(|_| Ok(Box::new(Wheels::default())))),
+    ];
+    RobotPlan { nodes, bus: bus.robot(&name).unwrap(), track: Track::new(number, &name, None), name }
+}
+
+fn fly(backend: Backend, threads: usize, robots: usize, panic_at: Option<u64>) -> FleetReport {
+    let bus = Bus::open(backend, &BusOptions::default()).unwrap();
+    let plan = FleetPlan {
+        robots: (0..robots).map(|number| robot(number, &bus, panic_at)).collect(),
+        environment: Box::new(Still),
+        period: Duration::from_millis(50),
+        duration: Some(Duration::from_secs(5)),
+        pace: Pace::AsFastAsPossible,
+        threads,
+        recorder: None,
+        control: FleetControl::default(),
+        observer: Box::new(|_| ControlFlow::Continue(())),
+    };
+    fleet::run(plan).unwrap()
+}
+
+#[test]
+fn a_fleet_steps_every_robot_to_the_end_on_any_back_end_and_number_of_threads() {
+    for backend in [Backend::Direct, Backend::Local, Backend::Shared] {
+        for threads in [1, 2, 3] {
+            let report = fly(backend, threads, 3, None);
+            assert_eq!((report.ended, report.steps, report.time), (Ended::Complete, 101, Time::from_secs_f64(5.0)));
+            for robot in &report.robots {
+                // The follower hears the count of its own step, so all 101 counts: nothing is lost, not even the first.
+                assert_eq!(robot.fact("sum"), Some(f64::from(101 * 102 / 2)), "{backend:?} on {threads} threads");
+                assert_eq!((robot.fact("forward"), robot.fact("backward")), (Some(81.0), Some(20.0)));
+                assert!(robot.fact("held_s.interrupter").unwrap() > 0.9);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_panic_costs_the_others_nothing_and_the_behaviour_comes_back() {
+    std::panic::set_hook(Box::new(|_| {}));
+    let report = fly(Backend::Direct, 1, 2, Some(10));
+    for robot in &report.robots {
+        let follower = robot.nodes.iter().find(|node| node.name == "follower").unwrap();
+        assert_eq!(follower.panics, 1);
+        // 9 steps before the panic; half a second later it drives again, less the interrupter's 20 steps.
+        assert_eq!(robot.fact("forward"), Some(101.0 - 20.0 - 10.0));
+        assert_eq!(robot.fact("backward"), Some(20.0), "the interrupter is not affected");
+    }
+}
+
+#[test]
+fn a_paused_fleet_stands_still_until_it_may_step_and_a_stopped_one_ends() {
+    let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+    let control = FleetControl::default();
+    control.pause();
+    control.step(3);
+    let remote = control.clone();
+    let watcher = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(150));
+        remote.stop();
+    });
+    let plan = FleetPlan {
+        robots: vec![robot(0, &bus, None)],
+        environment: Box::new(Still),
+        period: Duration::from_millis(50),
+        duration: None,
+        pace: Pace::AsFastAsPossible,
+        threads: 1,
+        recorder: None,
+        control,
+        observer: Box::new(|_| ControlFlow::Continue(())),
+    };
+    let report = fleet::run(plan).unwrap();
+    watcher.join().unwrap();
+    assert_eq!(report.ended, Ended::Stopped);
+    // The first step is free, three were allowed, and one more completes after the stop.
+    assert!((4..=5).contains(&report.steps), "{}", report.steps);
+}
