@@ -1,1 +1,3 @@
 #![allow(missing_docs)]
+pub mod echo;
+pub mod rings;
