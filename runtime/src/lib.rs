@@ -15,6 +15,7 @@ pub mod agent;
 pub mod arbitration;
 pub mod clock;
 pub mod fleet;
+pub mod config;
 pub mod geometry;
 pub mod host;
 pub mod link;

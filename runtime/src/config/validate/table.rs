@@ -1,0 +1,122 @@
+//! Tables: known, unknown and missing keys.
+
+use serde_json::Value as Json;
+
+use super::{At, Validator, view::View, words};
+use crate::config::{
+    document::{Data, Key, Table},
+    problem::cut,
+    suggest,
+};
+
+/// How deep to look for the table in which a lost key belongs.
+const SEARCH_DEPTH: usize = 3;
+
+impl<'a> Validator<'a> {
+    pub(super) fn table(&mut self, at: &At, table: &Table, view: &View<'a>) {
+        let known = view.properties();
+        let others = others(view);
+        for (key, value) in table {
+            let name = key.get_ref().as_str();
+            let inner = At { name: name.to_owned(), span: value.span(), root: false };
+            match (known.iter().find(|(known, ..)| *known == name), &others) {
+                (Some((_, root, schema)), _) => self.value(&inner, value, root, schema),
+                (None, Others::Fit(root, schema)) => self.value(&inner, value, root, schema),
+                (None, Others::Free) => {}
+                (None, Others::None) => self.unknown_key(at, key, value.get_ref(), view),
+            }
+        }
+        if !self.rules.partial {
+            self.missing(at, table, view);
+        }
+    }
+
+    fn missing(&mut self, at: &At, table: &Table, view: &View<'a>) {
+        let required = view.all("required").flat_map(|(_, list)| list.as_array().into_iter().flatten()).filter_map(Json::as_str);
+        for key in required.collect::<Vec<_>>() {
+            if table.contains_key(key) {
+                continue;
+            }
+            let schema = view.properties().into_iter().find(|(known, ..)| *known == key);
+            let inner = schema.map(|(_, root, schema)| View::of(root, schema)).unwrap_or_default();
+            let add = match inner.keyword("type").and_then(Json::as_str) {
+                Some("string") => format!("add `{key} = \"…\"`"),
+                Some("object") => format!("add a table `{key}`"),
+                Some("array") => format!("add `{key} = […]`"),
+                _ => format!("add `{key} = …`"),
+            };
+            self.report(at, format!("{} lacks the key `{key}`", at.quoted()), words::hint(add, &inner), None);
+        }
+    }
+
+    fn unknown_key(&mut self, at: &At, key: &Key, value: &Data, view: &View<'a>) {
+        let name = key.get_ref().as_str();
+        let known = view.properties();
+        let names = || known.iter().map(|(known, ..)| *known);
+        let what = if value.as_table().is_some() { "table" } else { "key" };
+        let message = format!("unknown {what} `{}` in {}", cut(name), at.quoted());
+        let near = suggest::nearest(name, names());
+        let elsewhere = self.belongs(name);
+        let hint = match (near, elsewhere) {
+            // The very same word in another table is a better guess than a like one here.
+            (_, Some(home)) => format!("`{name}` belongs in {home}; did its table header get lost?"),
+            (Some(near), None) => {
+                let schema = known.iter().find(|(known, ..)| *known == near);
+                let about = schema.and_then(|(_, root, schema)| words::about(&View::of(root, schema)));
+                let about = about.map_or_else(String::new, |about| format!(" ({about})"));
+                format!("did you mean `{near}`?{about}")
+            }
+            (None, None) if known.is_empty() => "remove it: no key is known here".to_owned(),
+            (None, None) => format!("remove it, or use one of the keys known here: {}", suggest::list(names())),
+        };
+        self.report_at(&key.span(), message, hint, None);
+    }
+
+    /// The table in which a key of this name is known.
+    fn belongs(&self, name: &str) -> Option<String> {
+        let root = self.rules.schema.as_value();
+        let found = home_of(name, &View::of(root, root), "", SEARCH_DEPTH)?;
+        Some(format!("`[{found}]`"))
+    }
+}
+
+/// The path of the first table below a schema that knows the key.
+fn home_of(name: &str, view: &View<'_>, path: &str, depth: usize) -> Option<String> {
+    let inner = |(key, root, schema): (&str, _, _)| {
+        let path = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+        (path, View::of(root, schema))
+    };
+    let below: Vec<(String, View<'_>)> = view.properties().into_iter().map(inner).collect();
+    let here = below.iter().find(|(_, view)| view.properties().iter().any(|(key, ..)| *key == name));
+    if let Some((path, _)) = here {
+        return Some(path.clone());
+    }
+    if depth <= 1 {
+        return None;
+    }
+    below.iter().find_map(|(path, view)| home_of(name, view, path, depth - 1))
+}
+
+/// What a schema says of keys that it does not name.
+enum Others<'a> {
+    /// They are unknown.
+    None,
+    /// They may be anything.
+    Free,
+    /// They are all alike.
+    Fit(&'a Json, &'a Json),
+}
+
+fn others<'a>(view: &View<'a>) -> Others<'a> {
+    if let Some((root, patterns)) = view.rooted("patternProperties") {
+        // Only maps by number have patterns; that the key is a number shows when it is read.
+        if let Some(schema) = patterns.as_object().and_then(|patterns| patterns.values().next()) {
+            return Others::Fit(root, schema);
+        }
+    }
+    match view.rooted("additionalProperties") {
+        Some((_, Json::Bool(true))) => Others::Free,
+        Some((root, schema @ Json::Object(_))) => Others::Fit(root, schema),
+        _ => Others::None,
+    }
+}
