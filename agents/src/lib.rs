@@ -1,1 +1,4 @@
 #![allow(missing_docs)]
+
+pub mod certainty_grid;
+pub mod mapper;
