@@ -78,7 +78,6 @@ impl Record {
 
     /// Ends the open transaction, if any, without the client's doing.
     fn end(&mut self, how: NoticeKind) -> Option<(u32, NoticeKind)> {
-        self.granted = false;
         let number = std::mem::take(&mut self.transaction);
         if number == 0 {
             return None;
