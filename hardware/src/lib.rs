@@ -1,3 +1,5 @@
 #![allow(missing_docs)]
 pub mod echo;
 pub mod rings;
+
+pub mod world;

@@ -1,0 +1,95 @@
+//! The YAML file of a map, and how it says to read the picture.
+
+use std::path::PathBuf;
+
+use orienteer_runtime::geometry::Pose;
+use serde::Deserialize;
+
+use super::{Cell, Grid, MapError, brightness, decode};
+
+/// How pixels become cells; see the [module](super).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// Occupied, free or unknown.
+    #[default]
+    Trinary,
+    /// The same with probabilities in between.
+    Scale,
+    /// The bytes are the cells.
+    Raw,
+}
+
+/// The YAML file of a ROS map. Keys that other tools add are ignored, as the map server does.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Header {
+    /// The picture, relative to the YAML file.
+    pub image: PathBuf,
+    /// Metres per pixel.
+    pub resolution: f64,
+    /// Pose of the lower left pixel: x (m), y (m), yaw (rad).
+    pub origin: [f64; 3],
+    /// 1 if bright is occupied.
+    #[serde(default)]
+    pub negate: i64,
+    /// What is more likely than this is occupied.
+    pub occupied_thresh: f64,
+    /// What is less likely than this is free.
+    pub free_thresh: f64,
+    /// How pixels become cells.
+    #[serde(default)]
+    pub mode: Mode,
+}
+
+impl Header {
+    /// Reads the YAML file.
+    ///
+    /// # Errors
+    /// [`MapError::Yaml`] if it lacks a key or is no YAML, [`MapError::Range`] if a number makes no sense.
+    pub fn parse(yaml: &[u8]) -> Result<Self, MapError> {
+        let text = str::from_utf8(yaml).map_err(|e| MapError::Yaml(e.to_string()))?;
+        let header: Self = serde_saphyr::from_str(text).map_err(|e| MapError::Yaml(e.to_string()))?;
+        let within = |key, value: f64, min, max| {
+            if (min..=max).contains(&value) { Ok(()) } else { Err(MapError::Range { key, value, min, max }) }
+        };
+        within("resolution", header.resolution, 0.001, 5.0)?;
+        within("negate", header.negate as f64, 0.0, 1.0)?;
+        within("occupied_thresh", header.occupied_thresh, 0.0, 1.0)?;
+        within("free_thresh", header.free_thresh, 0.0, header.occupied_thresh)?;
+        within("origin x", header.origin[0], -1000.0, 1000.0)?;
+        within("origin y", header.origin[1], -1000.0, 1000.0)?;
+        within("origin yaw", header.origin[2], -7.0, 7.0)?;
+        Ok(header)
+    }
+
+    /// Reads the picture as this header says.
+    ///
+    /// # Errors
+    /// [`MapError::Picture`] if it can't be decoded.
+    pub fn grid(&self, picture: &[u8]) -> Result<Grid, MapError> {
+        let (picture, has_alpha) = decode(picture)?;
+        let [x, y, yaw] = self.origin;
+        Ok(Grid::from_picture(&picture, self.resolution, Pose::new(x, y, yaw), |pixel| self.cell(pixel, has_alpha)))
+    }
+
+    fn cell(&self, [r, g, b, a]: [u8; 4], has_alpha: bool) -> Cell {
+        let mut shade = brightness(r, g, b);
+        if self.mode == Mode::Trinary && has_alpha {
+            shade = (3.0 * shade + f64::from(a)) / 4.0;
+        }
+        let occupancy = match self.mode {
+            Mode::Scale if a < u8::MAX => return Cell::Unknown,
+            Mode::Raw if shade.round() > 100.0 => return Cell::Unknown,
+            Mode::Raw => shade.round() / 100.0,
+            _ if self.negate == 1 => shade / 255.0,
+            _ => 1.0 - shade / 255.0,
+        };
+        if occupancy > self.occupied_thresh {
+            Cell::Occupied
+        } else if occupancy < self.free_thresh {
+            Cell::Free
+        } else {
+            Cell::Unknown
+        }
+    }
+}
