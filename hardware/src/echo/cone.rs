@@ -318,8 +318,7 @@ impl<'a> Search<'a> {
         let square = x * x + y * y;
         if x > 0.0 && y.abs() <= self.beam.tan_half * x && square <= reach * reach {
             let slope = y / x;
-            let candidate =
-                Candidate { range: square.sqrt(), slope, low: slope, high: slope, index: number, is_vertex: true };
+            let candidate = Candidate { range: square.sqrt(), slope, low: slope, high: slope, index: number, is_vertex: true };
             self.scratch.candidates.push(candidate);
         }
     }

@@ -127,7 +127,9 @@ impl SegmentGrid {
     /// # Errors
     /// [`GridError::Absurd`] names the first item with a coordinate that can't be meant.
     pub fn new(walls: &[Wall], vertices: &[Vertex], pillars: &[Disc]) -> Result<Self, GridError> {
-        check("wall", walls, |w| w.a.coords.abs().max().max(w.b.coords.abs().max()) + 0.0 * (w.a.coords.sum() + w.b.coords.sum()))?;
+        check("wall", walls, |w| {
+            w.a.coords.abs().max().max(w.b.coords.abs().max()) + 0.0 * (w.a.coords.sum() + w.b.coords.sum())
+        })?;
         check("vertex", vertices, |v| v.at.coords.abs().max() + 0.0 * v.at.coords.sum())?;
         check("pillar", pillars, |d| d.centre.coords.abs().max() + 0.0 * d.centre.coords.sum() + d.radius.abs())?;
 

@@ -120,7 +120,16 @@ impl SonarModel {
     /// No noise and no quantum: what the geometry alone says. For tests and teaching.
     #[must_use]
     pub fn noiseless(self) -> Self {
-        Self { noise: 0.0, noise_per_metre: 0.0, quantum: 0.0, spurious: 0.0, dropout: 0.0, range_scale: 1.0, cross_talk: 0.0, ..self }
+        Self {
+            noise: 0.0,
+            noise_per_metre: 0.0,
+            quantum: 0.0,
+            spurious: 0.0,
+            dropout: 0.0,
+            range_scale: 1.0,
+            cross_talk: 0.0,
+            ..self
+        }
     }
 
     /// The same limit of incidence at every range.

@@ -69,7 +69,12 @@ impl World {
             let (along, aside) = (to.dot(&direction), to.perp(&direction));
             let depth = (disc.radius * disc.radius - aside * aside).sqrt();
             let incidence = (aside / disc.radius).abs().min(1.0).asin();
-            (along > 0.0 && depth >= 0.0).then_some(Hit { range: along - depth, incidence, reflectance: disc.reflectance, source })
+            (along > 0.0 && depth >= 0.0).then_some(Hit {
+                range: along - depth,
+                incidence,
+                reflectance: disc.reflectance,
+                source,
+            })
         });
         walls.chain(discs).min_by(|a, b| a.range.total_cmp(&b.range))
     }
@@ -78,7 +83,8 @@ impl World {
         self.vertices.iter().filter_map(move |vertex| {
             let to = vertex.at - view.origin;
             let (range, angle) = (to.norm(), to.y.atan2(to.x));
-            let in_beam = (to.y * view.heading.cos() - to.x * view.heading.sin()).atan2(to.dot(&view.axis())).abs() <= view.half_beam;
+            let in_beam =
+                (to.y * view.heading.cos() - to.x * view.heading.sin()).atan2(to.dot(&view.axis())).abs() <= view.half_beam;
             let heard = range <= acoustics.vertex_reach(vertex.strength) && range <= view.max_range;
             let hidden = in_beam && heard && self.ray(view.origin, angle).is_some_and(|hit| hit.range < range - 1e-7);
             (in_beam && heard && !hidden).then_some(range)
@@ -182,7 +188,8 @@ fn sweep(world: &World, view: View, acoustics: &Acoustics, limit: f64) -> Option
     let ranges = angles.windows(2).filter(|pair| pair[1] - pair[0] > 5e-6).filter_map(|pair| {
         let hit = world.ray(view.origin, view.heading + 0.5 * (pair[0] + pair[1]))?;
         let inside = 1e-9;
-        let ends = [pair[0] + inside, pair[1] - inside].map(|angle| world.ray(view.origin, view.heading + angle).map(|h| h.range));
+        let ends =
+            [pair[0] + inside, pair[1] - inside].map(|angle| world.ray(view.origin, view.heading + angle).map(|h| h.range));
         view.answers(acoustics, &hit).then(|| ends.into_iter().flatten().fold(hit.range, f64::min))
     });
     least(ranges.chain(world.vertex_ranges(view, acoustics)))
@@ -208,7 +215,11 @@ fn random_world(seed: u64) -> (World, View) {
             world.vertices.push(Vertex { at: corners[i], strength: rng.random_range(0.0..1.0) });
         }
     }
-    let disc = |rng: &mut Pcg64| Disc { centre: spot(rng), radius: rng.random_range(0.05..0.7), reflectance: rng.random_range(0.0..1.0) };
+    let disc = |rng: &mut Pcg64| Disc {
+        centre: spot(rng),
+        radius: rng.random_range(0.05..0.7),
+        reflectance: rng.random_range(0.0..1.0),
+    };
     for _ in 0..rng.random_range(0..3) {
         world.pillars.push(disc(&mut rng));
     }

@@ -187,13 +187,7 @@ impl Pinger {
     }
 
     /// The distances that the transducers of a slot hear, noise aside.
-    fn listen(
-        &mut self,
-        mask: u32,
-        robot: Pose,
-        world: &SegmentGrid,
-        rng: &mut impl Rng,
-    ) -> [Option<f64>; MAX_TRANSDUCERS] {
+    fn listen(&mut self, mask: u32, robot: Pose, world: &SegmentGrid, rng: &mut impl Rng) -> [Option<f64>; MAX_TRANSDUCERS] {
         let mut answers = [None; MAX_TRANSDUCERS];
         let mut distances = [None; MAX_TRANSDUCERS];
         let direction = robot.direction();
@@ -262,7 +256,9 @@ fn check(ring: &Ring) -> Result<(), PingerError> {
     if ring.transducers.len() > MAX_TRANSDUCERS {
         return Err(PingerError::TooMany(ring.transducers.len()));
     }
-    if let Some(i) = ring.transducers.iter().position(|t| !(t.half_beam > 0.0 && t.half_beam <= MAX_HALF_BEAM && t.mount.is_sound())) {
+    if let Some(i) =
+        ring.transducers.iter().position(|t| !(t.half_beam > 0.0 && t.half_beam <= MAX_HALF_BEAM && t.mount.is_sound()))
+    {
         return Err(PingerError::Transducer(i));
     }
     if !(ring.min_range >= 0.0 && ring.min_range < ring.max_range && ring.max_range.is_finite()) {

@@ -142,7 +142,8 @@ impl Span {
                 let t = (d2 * a - d * a2) / (d * b2 - d2 * b);
                 point(1.0, t);
             }
-            (Shape::Line { a, b, d }, Shape::Circle { x, y, radius }) | (Shape::Circle { x, y, radius }, Shape::Line { a, b, d }) => {
+            (Shape::Line { a, b, d }, Shape::Circle { x, y, radius })
+            | (Shape::Circle { x, y, radius }, Shape::Line { a, b, d }) => {
                 let offset = d - a * x - b * y;
                 let half = (radius * radius - offset * offset).sqrt();
                 point(x + a * offset - b * half, y + b * offset + a * half);

@@ -160,14 +160,8 @@ fn yamabico_12() -> NamedRing {
 /// other way round). The source's frame has x to the right, y to the rear and clockwise angles; this table has ours. One
 /// complete scan every supervisor cycle of 0.2 s. Echoes from below 0.40 m are discarded by the instrument.
 fn wheelchair_6() -> NamedRing {
-    let table = [
-        [0.0, 0.0, 0.0],
-        [-0.5, 0.0, 180.0],
-        [0.0, 0.2, -67.5],
-        [0.0, -0.2, 67.5],
-        [-0.45, 0.25, 90.0],
-        [-0.45, -0.25, -90.0],
-    ];
+    let table =
+        [[0.0, 0.0, 0.0], [-0.5, 0.0, 180.0], [0.0, 0.2, -67.5], [0.0, -0.2, 67.5], [-0.45, 0.25, 90.0], [-0.45, -0.25, -90.0]];
     let ring = Ring {
         name: "wheelchair-6".into(),
         transducers: table.iter().map(|[x, y, bearing]| at(*x, *y, *bearing, 10.0)).collect(),
@@ -238,7 +232,7 @@ fn amigobot_8() -> NamedRing {
 }
 
 /// The eight sensors of the log that comes with RoboND's occupancy grid mapping exercise: right to left, all taken to be in
-/// the robot's middle, beams of 20°, steps of 10 mm, 5.11 m for no echo. The log has a scan every 0.22 s.
+/// the robot's middle, beams of 20°, steps of 10 mm, 5.11 m for no echo. The log has a scan every 0.225 s.
 fn robond_8() -> NamedRing {
     let bearings = [-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0];
     let ring = Ring {
@@ -246,8 +240,8 @@ fn robond_8() -> NamedRing {
         transducers: bearings.iter().map(|bearing| at(0.0, 0.0, *bearing, 10.0)).collect(),
         min_range: 0.10,
         max_range: 5.11,
-        slot_time: 0.22,
-        program: program(&[&[0, 1, 2, 3, 4, 5, 6, 7]], 0.22),
+        slot_time: 0.225,
+        program: program(&[&[0, 1, 2, 3, 4, 5, 6, 7]], 0.225),
     };
     let model = SonarModel { quantum: 0.01, ..SonarModel::default() };
     NamedRing { ring, model, help: "The 8 sensors of the RoboND occupancy grid mapping log" }
