@@ -26,6 +26,7 @@
 //! Everything is a pure function of its arguments; once warm nothing allocates.
 
 mod acoustics;
+mod beam;
 mod bounce;
 mod columns;
 mod cone;
@@ -37,8 +38,9 @@ mod pinger;
 mod span;
 
 pub use acoustics::{Acoustics, RangeGate};
+pub use beam::{Answer, Beam, Contact, MAX_HALF_BEAM, Source};
 pub use bounce::second_bounce;
-pub use cone::{Answer, Beam, Contact, MAX_HALF_BEAM, Scratch, Source, cone, first_surface};
+pub use cone::{Scratch, cone, first_surface};
 pub use grid::{Disc, GridError, PERSON_REFLECTANCE, SegmentGrid, Vertex, Wall};
 pub use model::{DetectionPoint, IncidencePoint, ModelError, SonarModel};
 pub use pinger::{Pinger, PingerError};

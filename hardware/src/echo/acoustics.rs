@@ -108,5 +108,4 @@ fn interpolate(points: &[(f64, f64)], at: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "acoustics_tests.rs"]
 mod tests;

@@ -1,6 +1,7 @@
 use super::{
     acoustics::Acoustics,
-    cone::{Beam, Scratch, first_surface},
+    beam::Beam,
+    cone::{Scratch, first_surface},
     grid::{Disc, SegmentGrid},
 };
 

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{cone::Beam, grid::SegmentGrid};
+use super::{beam::Beam, grid::SegmentGrid};
 
 /// Walks over the cells of a grid that a beam covers, in order of distance, one column of cells at a time.
 ///

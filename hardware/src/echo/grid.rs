@@ -210,7 +210,7 @@ impl SegmentGrid {
 
 /// `reach` gives the largest magnitude of an item's coordinates, NaN if one is not a number.
 fn check<T>(kind: &'static str, items: &[T], reach: impl Fn(&T) -> f64) -> Result<(), GridError> {
-    match items.iter().position(|item| !(reach(item) <= MAX_EXTENT)) {
+    match items.iter().position(|item| !(0.0..=MAX_EXTENT).contains(&reach(item))) {
         Some(index) => Err(GridError::Absurd { kind, index }),
         None => Ok(()),
     }

@@ -11,8 +11,9 @@ use thiserror::Error;
 
 use super::{
     acoustics::{Acoustics, RangeGate},
+    beam::{Answer, Beam, MAX_HALF_BEAM},
     bounce::second_bounce,
-    cone::{Answer, Beam, MAX_HALF_BEAM, Scratch, cone, first_surface},
+    cone::{Scratch, cone, first_surface},
     grid::{Disc, SegmentGrid},
     model::{ModelError, SonarModel},
 };
@@ -271,5 +272,4 @@ fn check(ring: &Ring) -> Result<(), PingerError> {
 }
 
 #[cfg(test)]
-#[path = "pinger_tests.rs"]
 mod tests;

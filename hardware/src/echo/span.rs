@@ -1,5 +1,5 @@
 use super::{
-    cone::Beam,
+    beam::Beam,
     grid::{Disc, Line},
 };
 
@@ -43,8 +43,9 @@ impl Span {
             t2 = if y2 * x1 > y1 * x2 { f64::INFINITY } else { f64::NEG_INFINITY };
         }
         let (low, high) = (t1.min(t2).max(-tan), t1.max(t2).min(tan));
-        // Also refuses NaN.
-        if !(low <= high) {
+        // False for NaN, too
+        let is_seen = low <= high;
+        if !is_seen {
             return None;
         }
         let (mut a, mut b) = beam.turned(line.nx, line.ny);
@@ -80,10 +81,8 @@ impl Span {
         }
         let low = if right.0 > 0.0 { right.1 / right.0 } else { f64::NEG_INFINITY }.max(-tan);
         let high = if left.0 > 0.0 { left.1 / left.0 } else { f64::INFINITY }.min(tan);
-        if !(low <= high) {
-            return Ok(None);
-        }
-        Ok(Some(Self { low, high, reflectance: disc.reflectance, number, shape: Shape::Circle { x, y, radius } }))
+        let span = Self { low, high, reflectance: disc.reflectance, number, shape: Shape::Circle { x, y, radius } };
+        Ok((low <= high).then_some(span))
     }
 
     /// The slope in `[low, high]` at which the surface is nearest and met nearest to its normal. Both the range and the

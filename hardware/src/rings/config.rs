@@ -174,5 +174,4 @@ impl RingConfig {
 }
 
 #[cfg(test)]
-#[path = "config_tests.rs"]
 mod tests;

@@ -248,5 +248,4 @@ fn robond_8() -> NamedRing {
 }
 
 #[cfg(test)]
-#[path = "named_tests.rs"]
 mod tests;
