@@ -3,7 +3,11 @@
 
 use std::{fs, path::PathBuf};
 
-use orienteer_agents::mapper::{Config, Mapper, files, picture};
+use nalgebra::Point2;
+use orienteer_agents::{
+    certainty_grid::{Grid, Occupancy},
+    mapper::{Config, Mapper, files, picture},
+};
 use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},
@@ -76,18 +80,78 @@ impl Log {
     }
 }
 
+/// Where the nearest occupied cell stands on one side of the first corridor, which runs along x: its y at each 10 cm.
+fn wall(grid: &Grid, side: f64) -> Vec<f64> {
+    let occupied = |x: f64, y: f64| grid.occupancy(grid.index_of(Point2::new(x, y))) == Occupancy::Occupied;
+    let nearest = |x: f64| (0..25).map(|i| 0.1 * f64::from(i)).find(|y| occupied(x, side * y));
+    (10..90).filter_map(|i| nearest(0.1 * f64::from(i))).collect()
+}
+
+/// Mean distance of a wall from its median line, m.
+fn roughness(wall: &[f64]) -> f64 {
+    let middle = median(wall);
+    wall.iter().map(|y| (y - middle).abs()).sum::<f64>() / wall.len() as f64
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn the_map_shows_the_building() {
+    let Some(log) = Log::read() else { return };
+    let mapper = log.map(&Config::default(), 1.0);
+    let grid = mapper.grid();
+    let summary = files::summarize(grid);
+    eprintln!("{summary:?}");
+    // The robot drove 25 m through corridors about two metres wide.
+    assert!((60.0..130.0).contains(&summary.free_area), "{}", summary.free_area);
+    assert!((400..1200).contains(&summary.occupied), "{}", summary.occupied);
+    // Where it drove there is no wall.
+    let length: f32 = mapper.path().windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+    assert!((24.0..26.0).contains(&length), "{length}");
+    assert!(mapper.path().iter().all(|point| grid.occupancy(grid.index_of(point.cast())) == Occupancy::Free));
+    // Both walls of the first corridor stand along most of it.
+    let (left, right) = (wall(grid, 1.0), wall(grid, -1.0));
+    let width = median(&left) + median(&right);
+    eprintln!("walls at {} and {} of 80 places, {width:.1} m apart", left.len(), right.len());
+    assert!(left.len() >= 64 && right.len() >= 64);
+    assert!((1.9..2.3).contains(&width), "{width}");
+}
+
+#[test]
+fn walls_are_straight_only_if_the_ring_is_the_right_way_round() {
+    let Some(log) = Log::read() else { return };
+    let rough = |sign: f64| {
+        let mapper = log.map(&Config::default(), sign);
+        [1.0, -1.0].map(|side| roughness(&wall(mapper.grid(), side)))
+    };
+    let (as_given, mirrored) = (rough(1.0), rough(-1.0));
+    eprintln!("roughness {as_given:.3?} m, mirrored {mirrored:.3?} m");
+    assert!(as_given.iter().sum::<f64>() * 1.5 < mirrored.iter().sum());
+    assert!(as_given.iter().all(|rough| *rough < 0.1));
+}
+
+#[test]
+fn the_source_s_own_settings_leave_far_more_false_ground() {
+    let Some(log) = Log::read() else { return };
+    let naive = Config { cell: 0.1, extent: Config::default().extent, ..Config::luey() };
+    let (free, naive_free) = (log.map(&Config::default(), 1.0).grid().counts().free, log.map(&naive, 1.0).grid().counts().free);
+    eprintln!("{free} free cells, {naive_free} with the source's settings");
+    assert!(free * 3 < naive_free * 2);
+}
+
+/// Writes the pictures into the directory named by `MAP_OUT`.
 #[test]
 fn pictures() {
-    let Some(log) = Log::read() else { return };
-    let Ok(out) = std::env::var("MAP_OUT") else { return };
-    for (name, config) in
-        [("default", Config::default()), ("luey", Config { cell: 0.1, extent: Config::default().extent, ..Config::luey() })]
-    {
-        for (side, sign) in [("right", 1.0), ("mirrored", -1.0)] {
-            let mapper = log.map(&config, sign);
-            let file = PathBuf::from(&out).join(format!("{name}-{side}.png"));
-            picture::save(mapper.grid(), mapper.path(), picture::PictureStyle::default(), &file).unwrap();
-            println!("{name} {side} {:?}", files::summarize(mapper.grid()));
-        }
+    let (Some(log), Ok(out)) = (Log::read(), std::env::var("MAP_OUT")) else { return };
+    for (name, sign) in [("robond", 1.0), ("robond-mirrored", -1.0)] {
+        let mapper = log.map(&Config::default(), sign);
+        let stem = PathBuf::from(&out).join(name);
+        files::save(mapper.grid(), &stem, files::Mode::Trinary).unwrap();
+        let file = stem.with_extension("picture.png");
+        picture::save(mapper.grid(), mapper.path(), picture::PictureStyle::default(), &file).unwrap();
     }
 }

@@ -14,7 +14,11 @@
 //! * a reading does not see through walls ([`Occlusion`]): where its axis first meets a firmly occupied cell, silence ends
 //!   its cone before the wall. An echo from behind the wall wears the wall down (it may have been a person who left), but
 //!   neither clears nor marks anything behind it until the wall is gone;
-//! * echoes from afar mark wide arcs of doubtful use: [`MarkingConfig::object_within`] drops them.
+//! * echoes from afar mark wide arcs of doubtful use, and in corridors many of them come by way of a wall:
+//!   [`MarkingConfig::object_within`] and [`MarkingConfig::clear_to`] cut them off.
+//!
+//! The source has none of these but the narrow cone. The defaults suit corridors; in halls larger than twice
+//! `object_within` raise it.
 
 use nalgebra::{Point2, Vector2};
 use orienteer_runtime::geometry::{Pose, angle};
@@ -37,10 +41,10 @@ pub struct MarkingConfig {
     pub half_angle_deg: f64,
     /// Which cells count as lying in a cone.
     pub coverage: Coverage,
-    /// An echo clears the cone before it no farther than this, m.
+    /// An echo clears the cone before it no farther than this, m. (The source: the sonars' reach, 6 m.)
     #[schemars(range(min = 0.0, max = 30.0))]
     pub clear_to: f64,
-    /// An echo from farther away than this, m, marks no object: its arc would be too wide to mean anything.
+    /// An echo from farther away than this, m, marks no object: its arc would be too wide to mean anything. (The source: 6 m.)
     #[schemars(range(min = 0.0, max = 30.0))]
     pub object_within: f64,
     /// What silence may do.
@@ -56,13 +60,13 @@ pub struct MarkingConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SilenceConfig {
-    /// Silence clears its cone no farther than this, m.
+    /// Silence clears its cone no farther than this, m. (The source: 6.)
     #[schemars(range(min = 0.0, max = 30.0))]
     pub clear_to: f64,
-    /// The greatest weight of silence.
+    /// The greatest weight of silence. (The source: 6.)
     #[schemars(range(min = 1, max = 6))]
     pub most_weight: u8,
-    /// Silence leaves cells alone whose confidence is at least this; more than 6 spares none.
+    /// Silence leaves cells alone whose confidence is at least this; more than 6 spares none. (The source: none.)
     #[schemars(range(min = 1.0, max = 7.0))]
     pub spare_at: f32,
 }
@@ -85,8 +89,8 @@ impl Default for MarkingConfig {
         Self {
             half_angle_deg: 8.0,
             coverage: Coverage::default(),
-            clear_to: 6.0,
-            object_within: 6.0,
+            clear_to: 3.0,
+            object_within: 3.0,
             silence: SilenceConfig::default(),
             occlusion: Occlusion::default(),
             wall_confidence: 3.0,
@@ -96,7 +100,7 @@ impl Default for MarkingConfig {
 
 impl Default for SilenceConfig {
     fn default() -> Self {
-        Self { clear_to: 3.0, most_weight: 1, spare_at: 2.0 }
+        Self { clear_to: 1.5, most_weight: 1, spare_at: 2.0 }
     }
 }
 
@@ -318,6 +322,11 @@ mod tests {
         Reading { face, range, silent: false, weight: 1.0, cone: Some(half_angle), object }
     }
 
+    /// The defaults, with the full reach of the sonars.
+    fn far() -> MarkingConfig {
+        MarkingConfig { clear_to: 6.0, object_within: 6.0, ..MarkingConfig::default() }
+    }
+
     fn draw_reading(config: MarkingConfig, grid: &mut Grid, reading: &Reading) {
         let marker = Marker::new(config);
         let sight = marker.sight(grid, reading);
@@ -355,7 +364,7 @@ mod tests {
     #[test]
     fn the_cone_is_empty_and_the_arc_occupied() {
         let mut grid = grid(0.1);
-        draw_reading(MarkingConfig::default(), &mut grid, &reading(Pose::new(0.05, 0.05, 0.0), 2.0));
+        draw_reading(far(), &mut grid, &reading(Pose::new(0.05, 0.05, 0.0), 2.0));
         let at = |x: f64, y: f64| grid.confidence(grid.index_of(Point2::new(x, y)));
         for i in 0..19 {
             assert_eq!(at(0.15 + 0.1 * f64::from(i), 0.05), -1.0, "{i}");
@@ -371,7 +380,7 @@ mod tests {
     #[test]
     fn silence_clears_a_little_and_marks_nothing() {
         let mut grid = grid(0.1);
-        let config = MarkingConfig::default();
+        let config = far();
         let silent = Reading { silent: true, ..reading(Pose::new(0.05, 0.05, 0.0), 3.9) };
         draw_reading(config, &mut grid, &silent);
         assert!(grid.confidences().iter().all(|f| *f <= 0.0));
@@ -393,7 +402,7 @@ mod tests {
     fn silence_spares_what_is_firm() {
         let face = Pose::new(0.05, 0.05, 0.0);
         let silent = Reading { silent: true, ..reading(face, 3.9) };
-        let config = MarkingConfig { occlusion: Occlusion::None, ..MarkingConfig::default() };
+        let config = MarkingConfig { occlusion: Occlusion::None, ..far() };
         for (confidence, after) in [(6.0, 6.0), (config.silence.spare_at, config.silence.spare_at), (1.0, 0.0)] {
             let mut grid = with_wall(confidence);
             draw_reading(config, &mut grid, &silent);
@@ -407,20 +416,20 @@ mod tests {
         let face = Pose::new(0.05, 0.05, 0.0);
         let mut grid = with_wall(6.0);
         let silent = Reading { silent: true, ..reading(face, 3.9) };
-        draw_reading(MarkingConfig::default(), &mut grid, &silent);
+        draw_reading(far(), &mut grid, &silent);
         let at = |grid: &Grid, x: f64| grid.confidence(grid.index_of(Point2::new(x, 0.05)));
         assert_eq!([0.5, 0.95, 1.05, 1.15, 1.5].map(|x| at(&grid, x)), [-1.0, -1.0, 6.0, 0.0, 0.0]);
         // an echo from behind wears the wall down
-        draw_reading(MarkingConfig::default(), &mut grid, &reading(face, 3.0));
+        draw_reading(far(), &mut grid, &reading(face, 3.0));
         assert_eq!([0.95, 1.05, 1.55, 3.05].map(|x| at(&grid, x)), [-2.0, 5.0, 0.0, 0.0]);
         // until it gets through
         for _ in 0..12 {
-            draw_reading(MarkingConfig::default(), &mut grid, &reading(face, 3.0));
+            draw_reading(far(), &mut grid, &reading(face, 3.0));
         }
         assert!(at(&grid, 1.05) < 0.0 && at(&grid, 1.55) < 0.0 && at(&grid, 3.05) > 0.0);
         // the wall's own echo is not stopped by the wall
         let mut grid = with_wall(4.0);
-        draw_reading(MarkingConfig::default(), &mut grid, &reading(face, 1.0));
+        draw_reading(far(), &mut grid, &reading(face, 1.0));
         assert_eq!([0.95, 1.05].map(|x| at(&grid, x)), [-1.0, 5.0]);
     }
 

@@ -286,3 +286,7 @@ fn quoted(name: &str) -> String {
     }
     text + "\""
 }
+
+#[cfg(test)]
+#[path = "files_tests.rs"]
+mod tests;

@@ -161,3 +161,36 @@ fn glyph(letter: char) -> [u8; 5] {
         _ => [0; 5],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::certainty_grid::{CellIndex, Layout, Rules};
+
+    #[test]
+    fn a_picture_shows_ground_walls_path_and_scale() {
+        let layout = Layout { cell: 0.1, width: 120, height: 80, origin: Point2::new(0.0, 0.0) };
+        let mut grid = Grid::new(layout, Rules::default()).unwrap();
+        (0..100).for_each(|x| grid.force(CellIndex::new(x, 10), 0.0));
+        (0..100).for_each(|x| grid.force(CellIndex::new(x, 40), 1.0));
+        let path = [Point2::new(1.0, 3.0), Point2::new(1.5, 3.0), Point2::new(2.0, 3.0)];
+        let image = draw(&grid, &path, PictureStyle { longest_side: 500 });
+        // 102 columns with the margin fit four pixels each
+        let scale = 4;
+        let window = printed_window(&grid);
+        assert_eq!((window.width, window.height), (102, 35));
+        assert_eq!(image.width(), 102 * scale);
+        let bottom = 35 * scale;
+        let row = |cell: u32| bottom - (cell - 8) * scale - scale / 2;
+        assert_eq!(*image.get_pixel(50 * scale, row(10)), PAPER);
+        assert_eq!(*image.get_pixel(50 * scale, row(40)), INK);
+        assert_eq!(*image.get_pixel(50 * scale, row(25)), GREY);
+        assert_eq!(*image.get_pixel(18 * scale, bottom - 22 * scale), PATH);
+        assert_eq!(*image.get_pixel(10 * scale, bottom - 22 * scale), START);
+        // segments of 1 m: black, white, black
+        let bar = bottom + 8 + ScaleBar::THICK / 2;
+        let along = |metre: f64| *image.get_pixel(8 + (metre * 10.0 * f64::from(scale)) as u32, bar);
+        assert_eq!([0.5, 1.5, 2.5, 4.5, 5.1].map(along), [INK, PAPER, INK, INK, PAPER]);
+    }
+}

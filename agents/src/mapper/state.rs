@@ -267,3 +267,7 @@ impl Mapper {
 
 /// No ring hears farther than this, m, whatever its description says.
 const MOST_REACH: f64 = 50.0;
+
+#[cfg(test)]
+#[path = "state_tests.rs"]
+mod tests;
