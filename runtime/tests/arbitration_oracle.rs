@@ -20,3 +20,10 @@ fn histories_can_be_shared_out() {
     sum += check_range(7, 40..100).unwrap();
     assert_eq!(sum, check_histories(7, 100).unwrap());
 }
+
+#[test]
+#[ignore = "for release builds"]
+fn agrees_on_a_million_histories() {
+    let stats = check_histories(1, 1_000_000).unwrap_or_else(|wrong| panic!("{wrong}"));
+    println!("{stats:?}");
+}

@@ -82,6 +82,26 @@ fn contains(whole: &[u32], part: &[u32], floor: u32) -> bool {
     part.iter().all(|own| rest.any(|slot| slot & own == *own && slot & !own & !floor == 0))
 }
 
+/// Tries to do without each slot that only the floor can have put in, and without each transducer that has joined a slot.
+fn nothing_is_superfluous(merged: &FiringProgram, wanted: &FiringProgram, floor: u32, period: f64, slot_time: f64) -> bool {
+    let kept = |slots: &[u32]| {
+        let gaps = simulate(&program(slots, merged.period), slot_time);
+        (0..32).filter(|i| floor & (1 << i) != 0).all(|i| gaps[i] < period - 1e-5)
+    };
+    let joined = merged.slots.len() == wanted.slots.len();
+    (0..merged.slots.len()).all(|i| {
+        let mut slots = merged.slots.to_vec();
+        if joined {
+            return (0..32).filter(|bit| merged.slots[i] & !wanted.slots[i] & (1 << bit) != 0).all(|bit| {
+                slots[i] = merged.slots[i] & !(1 << bit);
+                !kept(&slots)
+            });
+        }
+        let slot = slots.remove(i);
+        slot & !floor != 0 || wanted.slots.contains(&slot) || !kept(&slots)
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
@@ -99,6 +119,7 @@ proptest! {
                 prop_assert_eq!(added & !mask, 0);
                 prop_assert!(merged.period <= wanted.period);
                 prop_assert_eq!(floor.merge(&merged), (merged, 0), "what keeps the floor is left alone");
+                prop_assert!(nothing_is_superfluous(&merged, &wanted, mask, period, ring.slot_time), "{:?}", merged);
             }
             Err(FloorError::TooOften { least, .. }) => {
                 prop_assert!(least > period);
@@ -172,6 +193,30 @@ fn a_full_program_is_joined_by_the_floor() {
     let (merged, added) = floor.merge(&ring.program);
     assert_eq!((merged.slots.len(), added), (32, 0b11));
     assert!(simulate(&merged, 0.01)[..2].iter().all(|gap| *gap <= 0.1 + 1e-6));
+}
+
+#[test]
+fn those_who_join_are_spread() {
+    let ring = ring(32, 0.01, program(&(0..32).map(|i| 1 << i).collect::<Vec<_>>(), 0.0));
+    let mut floor = SafetyFloor::new(&ring, 0b11 << 20, 0.1).unwrap();
+    let (merged, _) = floor.merge(&ring.program);
+    assert!(merged.slots.iter().all(|slot| slot.count_ones() <= 2), "{merged:?}");
+}
+
+#[test]
+fn late_claims_do_not_count() {
+    let clients: Clients = [("a", 1)].into_iter().collect();
+    let mut arbiter = SonarArbiter::new(&clients, &round_robin(), SafetyFloor::none());
+    let valid_until = Time::FAR;
+    for (stamp, slot) in [(5, 0b1), (4, 0b10)] {
+        arbiter.claim(&SonarClaim {
+            client: ClientId(0),
+            stamp: Time::from_nanos(stamp),
+            valid_until,
+            program: program(&[slot], 0.0),
+        });
+    }
+    assert_eq!(arbiter.decide(Time::from_nanos(6)).program.slots[..], [0b1]);
 }
 
 #[test]

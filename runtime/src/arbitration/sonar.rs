@@ -150,7 +150,7 @@ impl SonarArbiter {
             self.held = None;
             return self.own_program;
         };
-        let since = self.held.filter(|(holder, _)| record.granted && *holder == client).map_or(now, |(_, since)| since);
+        let since = self.held.filter(|(holder, _)| *holder == client).map_or(now, |(_, since)| since);
         record.granted = true;
         self.held = Some((client, since));
         record.claim.program

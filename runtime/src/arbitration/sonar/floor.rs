@@ -187,6 +187,22 @@ impl SafetyFloor {
 
     /// Rule 4.
     fn thin_out(&self, work: &mut Vec<Slot>, period: f32) {
+        // A slot less makes the pass shorter, so that another may become superfluous that was not before.
+        while self.drop_superfluous(work, period) {}
+        for i in 0..work.len() {
+            for bit in bits(work[i].added) {
+                let before = work[i].added;
+                work[i].added &= !(1 << bit);
+                if longest_gap(work, bit, period, self.slot_time) > self.period + TOLERANCE {
+                    work[i].added = before;
+                }
+            }
+        }
+    }
+
+    /// Takes out inserted slots without which the floor is kept as well. Returns whether there were any.
+    fn drop_superfluous(&self, work: &mut Vec<Slot>, period: f32) -> bool {
+        let before = work.len();
         for i in (0..work.len()).rev() {
             let slot = work[i];
             if slot.own == 0 {
@@ -196,16 +212,7 @@ impl SafetyFloor {
                 }
             }
         }
-        for i in 0..work.len() {
-            for bit in bits(work[i].added) {
-                let before = work[i].added;
-                work[i].added &= !(1 << bit);
-                let idle = work[i].own | work[i].added == 0;
-                if idle || longest_gap(work, bit, period, self.slot_time) > self.period + TOLERANCE {
-                    work[i].added = before;
-                }
-            }
-        }
+        work.len() < before
     }
 
     fn kept_by(&self, slots: &[Slot], period: f32) -> bool {
