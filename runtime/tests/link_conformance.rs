@@ -34,6 +34,7 @@ on_every_back_end!(
     samples_outlive_their_writer,
     a_writer_that_was_never_looked_at_is_heard,
     only_so_many_dead_writers_are_remembered,
+    the_writers_that_went_first_are_remembered,
     a_restarted_reader_hears_again,
     readers_are_limited,
     writers_are_limited,
@@ -211,6 +212,18 @@ fn only_so_many_dead_writers_are_remembered(robot: &RobotBus) {
     assert_eq!(values(&drained(&mut subscriber)), (0..remembered).collect::<Vec<_>>());
     robot.publisher().unwrap().publish(reading(99)).unwrap();
     assert_eq!(values(&drained(&mut subscriber)), [99]);
+}
+
+fn the_writers_that_went_first_are_remembered(robot: &RobotBus) {
+    let mut subscriber = robot.subscriber::<Claim>().unwrap();
+    let last = u32::try_from(RETIRED_WRITERS).unwrap() + 1;
+    let mut writers: Vec<_> = (0..=last).map(|_| robot.publisher().unwrap()).collect();
+    for (writer, publisher) in (0..).zip(&mut writers) {
+        publisher.publish(Claim { writer, value: 0 }).unwrap();
+    }
+    while writers.pop().is_some() {} // From the last to the first, so the first two are one too many.
+    let remembered: Vec<_> = (2..=last).map(|writer| (writer, 0)).collect();
+    assert_eq!(drained(&mut subscriber), claims(&remembered));
 }
 
 fn a_restarted_reader_hears_again(robot: &RobotBus) {

@@ -22,7 +22,7 @@ pub struct BusOptions {
     /// The name under which other processes find the run; `None` for a run that nobody else is to find. At most 64 letters,
     /// digits, `-`, `_` and `.`.
     pub run: Option<String>,
-    /// The directory that holds the runs of this user, at most 40 bytes long. `None` for `/dev/shm/orienteer-<uid>`, or the
+    /// The directory that holds the runs of this user, at most 41 bytes long. `None` for `/dev/shm/orienteer-<uid>`, or the
     /// same in the temporary directory where there is no `/dev/shm`. Only `shared` uses it.
     pub root: Option<PathBuf>,
 }

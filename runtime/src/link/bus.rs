@@ -36,7 +36,6 @@ pub(super) enum Fabric {
     },
     Local {
         node: Node<local::Service>,
-        _prefix: Prefix,
     },
     Direct,
 }
@@ -46,15 +45,6 @@ pub(super) struct Inner {
     /// Added to the number of each writer of this bus: 0 for the run's owner.
     pub(super) first_writer: WriterNumber,
     robots: Mutex<BTreeSet<String>>,
-}
-
-/// The private prefix of a process's `local` links. iceoryx2 may leave a file of a few bytes under it.
-pub(super) struct Prefix(String);
-
-impl Drop for Prefix {
-    fn drop(&mut self) {
-        run::remove_segments(&self.0);
-    }
 }
 
 impl Bus {
@@ -71,8 +61,9 @@ impl Bus {
         let fabric = match backend {
             Backend::Shared => shared(Session::create(options.root.as_deref(), options.run.as_deref())?)?,
             Backend::Local => {
-                let prefix = Prefix(run::prefix_of(&run::fresh_id()));
-                Fabric::Local { node: iox::make_node(Path::new("/dev/null"), &prefix.0)?, _prefix: prefix }
+                // Nothing is ever written to this place. The prefix keeps the buses of one process apart.
+                let (nowhere, prefix) = (Path::new("/dev/null"), run::prefix_of(&run::fresh_id()));
+                Fabric::Local { node: iox::make_node(nowhere, &prefix)? }
             }
             Backend::Direct => Fabric::Direct,
         };

@@ -6,14 +6,15 @@
 //!                 u16        u16      u32          u32        `length` bytes
 //! ```
 //!
-//! All numbers are little-endian. The body is the message in bincode's standard encoding, at most [`MAX_BODY`] bytes; the
+//! All numbers are little-endian. The body is the message as bincode encodes it with integers of
+//! fixed size, at most [`MAX_BODY`] bytes; the
 //! checksum is the CRC-32 (IEEE 802.3) of the twelve bytes before it and of the body. `kind` is the message type's
 //! [`Message::KIND`]. A frame must be exactly as long as it says.
 //!
 //! bincode encodes no field names: a message type is a plain struct or enum without serde's `tag`, `untagged`, `flatten` or
 //! `skip_serializing_if`, and [`VERSION`] counts up with every change to one.
 
-use bincode::config::{Configuration, Limit, LittleEndian, Varint};
+use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
 use serde::{Serialize, de::DeserializeOwned};
 use thiserror::Error;
 
@@ -26,8 +27,10 @@ pub const HEADER: usize = 16;
 /// The most bytes of a body.
 pub const MAX_BODY: usize = 1 << 20;
 
-/// Without a limit a hostile length makes bincode ask for as much memory as it says.
-const CONFIG: Configuration<LittleEndian, Varint, Limit<MAX_BODY>> = bincode::config::standard().with_limit::<MAX_BODY>();
+/// Without a limit a hostile length makes bincode ask for as much memory as it says. Integers have a fixed size because bincode
+/// counts them at their full size against the limit: a body of short integers well below it could be made, but not be read.
+const CONFIG: Configuration<LittleEndian, Fixint, Limit<MAX_BODY>> =
+    bincode::config::standard().with_fixed_int_encoding().with_limit::<MAX_BODY>();
 
 /// A message that travels in a frame.
 pub trait Message: Serialize + DeserializeOwned {

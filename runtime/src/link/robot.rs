@@ -109,7 +109,7 @@ impl RobotBus {
         let claim = Arc::clone(&self.inner.claim);
         Ok(match &self.inner.claim.bus().fabric {
             Fabric::Shared { node, reserved, .. } => Rc::new(IoxTopic::open(node, claim, Some(Arc::clone(reserved)))?),
-            Fabric::Local { node, .. } => Rc::new(IoxTopic::open(node, claim, None)?),
+            Fabric::Local { node } => Rc::new(IoxTopic::open(node, claim, None)?),
             Fabric::Direct => Rc::new(DirectTopic::new(claim)),
         })
     }

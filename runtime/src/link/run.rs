@@ -13,7 +13,6 @@
 //! still attached to a dead run cannot disturb the next run of that name.
 
 use std::{
-    ffi::OsStr,
     fs::{self, DirBuilder, File, TryLockError},
     hash::{BuildHasher, Hasher, RandomState},
     io,
@@ -98,8 +97,10 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // Without the lock on the root nothing may be removed; then the next run will.
-        let Ok(_guard) = lock_root(&self.root) else { return };
+        let guard = lock_root(&self.root);
+        if guard.is_err() && self.root.exists() {
+            return; // Somebody could be joining this very moment. The next run will sweep.
+        }
         if let Some((directory, _lock)) = self.run.take() {
             let _ = fs::remove_dir_all(directory);
         }
@@ -283,17 +284,13 @@ fn sweep(root: &Path) {
 
 /// Removes a session's files. Its directory goes last, so that a process killed meanwhile leaves a trace to sweep by.
 fn remove_session(root: &Path, id: &str) {
-    remove_segments(&prefix_of(id));
-    let _ = fs::remove_dir_all(root.join(id));
-}
-
-/// Removes what lies in `/dev/shm` under a prefix.
-pub(super) fn remove_segments(prefix: &str) {
+    let prefix = prefix_of(id);
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if OsStr::as_encoded_bytes(&entry.file_name()).starts_with(prefix.as_bytes()) {
+        if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
             let _ = fs::remove_file(entry.path());
         }
     }
+    let _ = fs::remove_dir_all(root.join(id));
 }
 
 fn io_error(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> LinkError {

@@ -105,6 +105,15 @@ pub fn segments_of(session: &str) -> usize {
         .count()
 }
 
+/// Sweeps what a process that the test has killed left behind.
+impl Drop for Root {
+    fn drop(&mut self) {
+        if self.path().is_dir() {
+            let _ = Bus::open(Backend::Shared, &self.options(None));
+        }
+    }
+}
+
 pub fn drained<P: Payload>(subscriber: &mut Subscriber<P>) -> Vec<P> {
     let mut samples = Vec::new();
     let count = subscriber.drain(|sample| samples.push(*sample));
