@@ -248,4 +248,6 @@ fn robond_8() -> NamedRing {
 }
 
 #[cfg(test)]
+mod shanley;
+#[cfg(test)]
 mod tests;
