@@ -7,10 +7,14 @@
 //! * [`problem`] - what is wrong, for people and for programs
 //! * [`document`] - TOML in which every value knows its place
 //! * [`validate`] - a table against the JSON schema of its type
-//! * [`layers`] - one table laid over another
+//! * [`layers`] - one table laid over another, templates
+//! * [`mission`] - what a mission file says
 
 pub mod document;
 pub mod layers;
+pub mod mission;
+#[doc(hidden)]
+pub mod mutate;
 pub mod problem;
 pub mod source;
 mod suggest;
@@ -18,5 +22,6 @@ mod syntax;
 pub mod validate;
 
 pub use document::Section;
+pub use mission::Mission;
 pub use problem::{Problem, Problems};
 pub use source::{SourceId, Sources, Span};

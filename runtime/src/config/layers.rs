@@ -1,8 +1,11 @@
-//! One table laid over another.
+//! One table laid over another, and templates to lay them on.
+
+mod templates;
 
 use toml::Spanned;
 
 use super::document::{Data, Table};
+pub use templates::{Other, Templates};
 
 /// Lays `over` on `base`: tables merge key by key, everything else in `over` replaces what is in `base`. Keys keep the order of
 /// `base`, new ones follow. Each key and value keeps its place, so that an error points to the file and line it came from.

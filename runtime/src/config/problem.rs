@@ -79,7 +79,12 @@ pub struct Note {
 
 /// One thing that is wrong with a configuration.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Problem {
+#[serde(transparent)]
+pub struct Problem(Box<Told>);
+
+/// All that a problem says. Boxed, since every result carries room for it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct Told {
     #[serde(flatten)]
     location: Option<Location>,
     message: String,
@@ -94,52 +99,54 @@ impl Problem {
     /// A problem at a place: what is wrong, and what to do about it.
     #[must_use]
     pub fn new(sources: &Sources, at: &Span, message: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self { location: sources.locate(at), ..Self::nowhere(message, hint) }
+        let mut problem = Self::nowhere(message, hint);
+        problem.0.location = sources.locate(at);
+        problem
     }
 
     /// A problem that stands in no file, such as a file that is not there.
     #[must_use]
     pub fn nowhere(message: impl Into<String>, hint: impl Into<String>) -> Self {
         let (message, hint) = (visible(&message.into()), visible(&hint.into()));
-        Self { location: None, message, hint, label: None, notes: Vec::new() }
+        Self(Box::new(Told { location: None, message, hint, label: None, notes: Vec::new() }))
     }
 
     /// Adds a few words to stand beside the mark.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = Some(visible(&label.into()));
+        self.0.label = Some(visible(&label.into()));
         self
     }
 
     /// Adds another place to look at.
     #[must_use]
     pub fn note(mut self, sources: &Sources, at: &Span, message: impl Into<String>) -> Self {
-        self.notes.push(Note { message: visible(&message.into()), location: sources.locate(at) });
+        self.0.notes.push(Note { message: visible(&message.into()), location: sources.locate(at) });
         self
     }
 
     /// Where it is, unless it is in no file.
     #[must_use]
     pub fn location(&self) -> Option<&Location> {
-        self.location.as_ref()
+        self.0.location.as_ref()
     }
 
     /// What is wrong, in one line.
     #[must_use]
     pub fn message(&self) -> &str {
-        &self.message
+        &self.0.message
     }
 
     /// What to do about it, in one line.
     #[must_use]
     pub fn hint(&self) -> &str {
-        &self.hint
+        &self.0.hint
     }
 
     /// Further places and remarks.
     #[must_use]
     pub fn notes(&self) -> &[Note] {
-        &self.notes
+        &self.0.notes
     }
 
     /// Several lines, with the line of the file and a mark under it.
@@ -152,10 +159,10 @@ impl Problem {
 /// One line: `file:line:column: error: message (hint: …)`.
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(location) = &self.location {
+        if let Some(location) = &self.0.location {
             write!(f, "{location}: ")?;
         }
-        write!(f, "error: {} (hint: {})", self.message, self.hint)
+        write!(f, "error: {} (hint: {})", self.0.message, self.0.hint)
     }
 }
 
@@ -172,9 +179,9 @@ impl Problems {
     /// # Errors
     /// The problems, sorted by place; of those that say the same about the same place only the first.
     pub fn check(mut found: Vec<Problem>) -> Result<(), Self> {
-        let place = |problem: &Problem| problem.location.as_ref().map_or(0, |location| location.position);
+        let place = |problem: &Problem| problem.location().map_or(0, |location| location.position);
         let mut seen = std::collections::BTreeSet::new();
-        found.retain(|problem| seen.insert((place(problem), problem.message.clone())));
+        found.retain(|problem| seen.insert((place(problem), problem.message().to_owned())));
         found.sort_by_key(place);
         if found.is_empty() { Ok(()) } else { Err(Self(found)) }
     }

@@ -1,7 +1,7 @@
 //! "Did you mean": near names, and lists short enough to read.
 
 /// Names less alike than this (Jaro–Winkler) are not offered.
-const ALIKE: f64 = 0.8;
+const ALIKE: f64 = 0.88;
 /// At most this many names are listed.
 const LISTED: usize = 16;
 

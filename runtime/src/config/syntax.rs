@@ -33,13 +33,17 @@ pub(super) fn explain(
         let problem = match error.message() {
             "duplicate key" => duplicate(sources, start, text, &span, document.get_ref()),
             message => {
-                let (message, hint) = describe(message, text, &span);
-                Problem::new(sources, &at, message, hint)
+                let (what, hint) = describe(message, text, &span);
+                let problem = Problem::new(sources, &at, what, hint);
+                match opening(message, text, span.start) {
+                    Some(open) => problem.note(sources, &(start + open..start + open + 1), "it begins here"),
+                    None => problem,
+                }
             }
         };
         problems.push(problem);
         // A bracket that is never closed swallows the lines after it.
-        if ["unclosed", "missing comma"].iter().any(|start| error.message().starts_with(start)) {
+        if ["unclosed", "missing comma", "missing key for inline"].iter().any(|start| error.message().starts_with(start)) {
             break;
         }
     }
@@ -54,27 +58,59 @@ fn place(text: &str, span: Option<Span>) -> Span {
     start..end
 }
 
+/// Where a list or an inline table that goes wrong on a later line begins.
+fn opening(message: &str, text: &str, before: usize) -> Option<usize> {
+    let bracket = match message {
+        message if message.contains("array") => '[',
+        message if message.contains("inline") || message.contains("key-value pairs") => '{',
+        _ => return None,
+    };
+    let is_value = |at: &usize| text[..*at].trim_end().ends_with('=');
+    let open = text[..before].rmatch_indices(bracket).map(|(at, _)| at).find(is_value)?;
+    text[open..before].contains('\n').then_some(open)
+}
+
 fn duplicate(sources: &Sources, start: usize, text: &str, span: &Span, document: &DeTable<'_>) -> Problem {
     let name = &text[span.clone()];
     let at = start + span.start..start + span.end;
     let line = line_of(text, span.start);
-    let message = if line.trim_start().starts_with('[') {
+    let header = line.trim_start().starts_with('[');
+    let message = if header {
         format!("the table `{}` is defined twice", line.trim().trim_matches(['[', ']']).trim())
     } else {
         format!("the key `{name}` is given twice")
     };
     let hint = if line.trim_start().starts_with("[[") {
         "write the other one as `[[…]]` too, or rename one of them".to_owned()
-    } else if line.trim_start().starts_with('[') {
+    } else if header {
         "join the two tables under one header, or rename one of them".to_owned()
     } else {
         "remove one of the two".to_owned()
     };
     let problem = Problem::new(sources, &at, message, hint);
-    match first_of(document, name.trim_matches(['"', '\'']), span.start) {
+    let first = match header {
+        true => same_line_before(text, line, span.start),
+        false => None,
+    };
+    match first.or_else(|| first_of(document, name.trim_matches(['"', '\'']), span.start)) {
         Some(first) => problem.note(sources, &(start + first.start..start + first.end), "it is first given here"),
         None => problem,
     }
+}
+
+/// The last line before a position that reads the same.
+fn same_line_before(text: &str, line: &str, before: usize) -> Option<Span> {
+    let mut start = 0;
+    let mut found = None;
+    for other in text[..before].split_inclusive('\n') {
+        // The line of the position itself is cut, and its header not complete.
+        if other.ends_with('\n') && other.trim() == line.trim() {
+            let indent = other.len() - other.trim_start().len();
+            found = Some(start + indent..start + other.trim_end().len());
+        }
+        start += other.len();
+    }
+    found
 }
 
 /// The last key of this name before a position.
@@ -108,6 +144,7 @@ fn describe(message: &str, text: &str, span: &Span) -> (String, String) {
         }
         "string values must be quoted" => unquoted(here),
         "key with no value" => (format!("`{}` has no value", cut(line)), no_value(line)),
+        "invalid unquoted key" if !line.contains('=') => (format!("`{}` has no value", cut(line)), no_value(line)),
         "invalid unquoted key" | "unquoted keys cannot be empty" if line.starts_with('=') => {
             ("there is no key before `=`".to_owned(), "write `key = value`".to_owned())
         }
@@ -126,7 +163,9 @@ fn describe(message: &str, text: &str, span: &Span) -> (String, String) {
         "unclosed table" => ("this table header is not closed".to_owned(), "put a `]` at its end".to_owned()),
         "unclosed array table" => ("this table header is not closed".to_owned(), "put `]]` at its end".to_owned()),
         "unclosed array" => ("this list is not closed".to_owned(), "put a `]` at its end".to_owned()),
-        "unclosed inline table" => ("this inline table is not closed".to_owned(), "put a `}` at its end".to_owned()),
+        "unclosed inline table" | "missing key for inline table element" => {
+            ("this inline table is not closed".to_owned(), "put a `}` at its end".to_owned())
+        }
         "missing comma between array elements" => (
             "a comma or a closing `]` is missing".to_owned(),
             "separate the values of a list by commas, and close it with `]`".to_owned(),
@@ -168,10 +207,19 @@ fn unquoted(here: &str) -> (String, String) {
         "false" | "no" | "off" => "write `false`".to_owned(),
         "none" | "null" | "nil" => "remove the line to leave the key unset".to_owned(),
         _ if here.contains(['\u{201c}', '\u{201d}', '\u{201e}']) => "use straight quotes: `\"`".to_owned(),
-        _ if number => "write the bare number; the key's description says its unit".to_owned(),
+        _ if number => bare_number(here),
         _ => format!("put text in quotes: `\"{}\"`", cut(here).replace('"', "")),
     };
     (message, hint)
+}
+
+/// What to write instead of a number with its unit.
+fn bare_number(here: &str) -> String {
+    let number: String = here.chars().take_while(|c| c.is_ascii_digit() || "+-._".contains(*c)).collect();
+    format!(
+        "write the number without its unit, `{}`; which unit is meant, the key's description says",
+        number.trim_end_matches('.')
+    )
 }
 
 fn no_value(line: &str) -> String {

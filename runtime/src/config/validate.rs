@@ -50,6 +50,8 @@ pub struct Rules<'a> {
     pub name: &'a str,
     /// Names of things that only the catalogue knows.
     pub names: Names<'a>,
+    /// Where else a key of this name is known, to help somebody who lost a table header.
+    pub elsewhere: &'a dyn Fn(&str) -> Option<String>,
 }
 
 /// Everything in a table that its rules refuse.
@@ -61,8 +63,12 @@ pub fn check(section: &Section, rules: &Rules<'_>, sources: &Sources) -> Vec<Pro
     if let Some(common) = rules.common {
         view.add(View::of(common.as_value(), common.as_value()));
     }
-    let at = At { name: rules.name.to_owned(), span: section.span(), root: true };
-    validator.table(&at, section.table(), &view);
+    let at = At { name: rules.name.to_owned(), path: String::new(), span: section.span(), root: true };
+    if view.alternatives().is_empty() {
+        validator.table(&at, section.table(), &view);
+    } else {
+        validator.choice(&at, &Data::Table(section.table().clone()), &view);
+    }
     validator.problems
 }
 
@@ -96,7 +102,8 @@ pub fn check(section: &Section, rules: &Rules<'_>, sources: &Sources) -> Vec<Pro
 /// All problems, each at its place.
 pub fn read<T: DeserializeOwned + JsonSchema>(section: &Section, sources: &Sources) -> Result<T, Problems> {
     let schema = schema_of::<T>();
-    let rules = Rules { schema: &schema, common: None, partial: false, name: "this table", names: &no_names };
+    let rules =
+        Rules { schema: &schema, common: None, partial: false, name: "this table", names: &no_names, elsewhere: &|_| None };
     Problems::check(check(section, &rules, sources))?;
     section.deserialize(sources)
 }
@@ -111,14 +118,27 @@ pub fn schema_of<T: JsonSchema>() -> Schema {
 struct At {
     /// What to call it: the key, `points[2]`, or the table's header.
     name: String,
+    /// All keys that lead to it.
+    path: String,
     span: Span,
     root: bool,
 }
 
 impl At {
+    /// The value under a key.
+    fn below(&self, key: &str, span: Span) -> Self {
+        let path = if self.root { key.to_owned() } else { format!("{}.{key}", self.path) };
+        Self { name: key.to_owned(), path, span, root: false }
+    }
+
     /// The name as a message quotes it.
     fn quoted(&self) -> String {
         if self.root { self.name.clone() } else { format!("`{}`", self.name) }
+    }
+
+    /// A table's name: all keys that lead to it.
+    fn title(&self) -> String {
+        if self.root { self.name.clone() } else { format!("`{}`", self.path) }
     }
 }
 
@@ -167,7 +187,8 @@ impl<'a> Validator<'a> {
             .map_or((&Json::Null, &[][..]), |(root, list)| (root, list.as_array().map_or(&[][..], Vec::as_slice)));
         let items = view.rooted("items");
         for (index, value) in values.iter().enumerate() {
-            let inner = At { name: format!("{}[{index}]", at.name), span: value.span(), root: false };
+            let name = format!("{}[{index}]", at.name);
+            let inner = At { name, path: at.path.clone(), span: value.span(), root: false };
             match (prefix.get(index), items) {
                 (Some(schema), _) => self.value(&inner, value, prefix_root, schema),
                 (None, Some((root, schema))) => self.value(&inner, value, root, schema),

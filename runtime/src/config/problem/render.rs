@@ -7,7 +7,7 @@ use super::{Location, Problem};
 /// Several lines, without a line break at the end.
 pub(super) fn render(problem: &Problem, colour: bool) -> String {
     let mut groups = vec![primary(problem)];
-    for note in &problem.notes {
+    for note in &problem.0.notes {
         let title = Level::NOTE.secondary_title(note.message.as_str());
         groups.push(match &note.location {
             Some(location) => title.element(place(location, None)),
@@ -19,10 +19,10 @@ pub(super) fn render(problem: &Problem, colour: bool) -> String {
 }
 
 fn primary(problem: &Problem) -> Group<'_> {
-    let title = Level::ERROR.primary_title(problem.message.as_str());
-    let hint = Level::HELP.message(problem.hint.as_str());
-    match &problem.location {
-        Some(location) => title.element(place(location, problem.label.as_deref())).element(hint),
+    let title = Level::ERROR.primary_title(problem.0.message.as_str());
+    let hint = Level::HELP.message(problem.0.hint.as_str());
+    match &problem.0.location {
+        Some(location) => title.element(place(location, problem.0.label.as_deref())).element(hint),
         None => title.element(hint),
     }
 }

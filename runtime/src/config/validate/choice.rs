@@ -17,15 +17,16 @@ impl<'a> Validator<'a> {
         }
         let names: Vec<&str> = alternatives.iter().flat_map(constants).collect();
         let tables: Vec<View<'a>> = alternatives.iter().filter(|one| one.keyword("properties").is_some()).cloned().collect();
+        let texts = alternatives.iter().filter(|one| !constants(one).is_empty()).count();
         match value {
             Data::Text(text) if names.contains(&text.as_str()) => {}
             Data::Text(text) if !names.is_empty() => {
                 let outer: Vec<&str> = names.into_iter().chain(tables.iter().filter_map(|one| outer_tag(one))).collect();
                 self.unknown_name(at, text, &outer);
             }
-            Data::Table(table) if !tables.is_empty() => self.tagged(at, table, view, &tables),
+            Data::Table(table) if tables.len() + texts == alternatives.len() => self.tagged(at, table, view, &tables),
             // Only names are allowed, and this is no text.
-            _ if names.len() == alternatives.len() => {
+            _ if texts == alternatives.len() => {
                 let message = format!("{} must be text in quotes, not {}", at.quoted(), words::sort_of(value));
                 let hint = words::hint(format!("choose one of {}", suggest::list(names.into_iter())), view);
                 self.report(at, message, hint, Some(format!("this is {}", words::sort_of(value))));
@@ -51,13 +52,13 @@ impl<'a> Validator<'a> {
         let names: Vec<&str> = tables.iter().filter_map(|one| tag_of(one, tag)).collect();
         let Some(value) = table.get(tag) else {
             if !self.rules.partial {
-                let message = format!("{} lacks the key `{tag}`", at.quoted());
+                let message = format!("{} lacks the key `{tag}`", at.title());
                 let hint = format!("add `{tag} = \"…\"`, one of {}", suggest::list(names.iter().copied()));
                 self.report(at, message, hint, None);
             }
             return;
         };
-        let here = At { name: tag.to_owned(), span: value.span(), root: false };
+        let here = at.below(tag, value.span());
         match value.get_ref().as_text() {
             Some(name) => match tables.iter().find(|one| tag_of(one, tag) == Some(name)) {
                 Some(chosen) => {
@@ -112,6 +113,8 @@ fn inner_tag<'a>(tables: &[View<'a>]) -> Option<&'a str> {
 
 /// What the key must be in this alternative.
 fn tag_of<'a>(view: &View<'a>, key: &str) -> Option<&'a str> {
+    let mut required = view.all("required").filter_map(|(_, list)| list.as_array()).flatten();
+    required.find(|required| required.as_str() == Some(key))?;
     let (_, root, schema) = view.properties().into_iter().find(|(known, ..)| *known == key)?;
     View::of(root, schema).keyword("const").and_then(Json::as_str)
 }

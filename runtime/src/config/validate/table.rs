@@ -10,7 +10,9 @@ use crate::config::{
 };
 
 /// How deep to look for the table in which a lost key belongs.
-const SEARCH_DEPTH: usize = 3;
+const SEARCH_DEPTH: usize = 5;
+/// A schema that branches more than this is not searched further.
+const MOST_SEARCHED: usize = 2000;
 
 impl<'a> Validator<'a> {
     pub(super) fn table(&mut self, at: &At, table: &Table, view: &View<'a>) {
@@ -18,7 +20,7 @@ impl<'a> Validator<'a> {
         let others = others(view);
         for (key, value) in table {
             let name = key.get_ref().as_str();
-            let inner = At { name: name.to_owned(), span: value.span(), root: false };
+            let inner = at.below(name, value.span());
             match (known.iter().find(|(known, ..)| *known == name), &others) {
                 (Some((_, root, schema)), _) => self.value(&inner, value, root, schema),
                 (None, Others::Fit(root, schema)) => self.value(&inner, value, root, schema),
@@ -45,7 +47,7 @@ impl<'a> Validator<'a> {
                 Some("array") => format!("add `{key} = […]`"),
                 _ => format!("add `{key} = …`"),
             };
-            self.report(at, format!("{} lacks the key `{key}`", at.quoted()), words::hint(add, &inner), None);
+            self.report(at, format!("{} lacks the key `{key}`", at.title()), words::hint(add, &inner), None);
         }
     }
 
@@ -54,12 +56,13 @@ impl<'a> Validator<'a> {
         let known = view.properties();
         let names = || known.iter().map(|(known, ..)| *known);
         let what = if value.as_table().is_some() { "table" } else { "key" };
-        let message = format!("unknown {what} `{}` in {}", cut(name), at.quoted());
+        let message = format!("unknown {what} `{}` in {}", cut(name), at.title());
         let near = suggest::nearest(name, names());
-        let elsewhere = self.belongs(name);
+        let elsewhere = self.belongs(name, at, view).map(|home| format!("`{name}` belongs in {home}"));
+        let elsewhere = elsewhere.or_else(|| (self.rules.elsewhere)(name).map(|home| format!("`{name}` is a key of {home}")));
         let hint = match (near, elsewhere) {
             // The very same word in another table is a better guess than a like one here.
-            (_, Some(home)) => format!("`{name}` belongs in {home}; did its table header get lost?"),
+            (_, Some(home)) => format!("{home}; did its table header get lost?"),
             (Some(near), None) => {
                 let schema = known.iter().find(|(known, ..)| *known == near);
                 let about = schema.and_then(|(_, root, schema)| words::about(&View::of(root, schema)));
@@ -72,29 +75,42 @@ impl<'a> Validator<'a> {
         self.report_at(&key.span(), message, hint, None);
     }
 
-    /// The table in which a key of this name is known.
-    fn belongs(&self, name: &str) -> Option<String> {
+    /// The table in which a key of this name is known: below this one, or anywhere.
+    fn belongs(&self, name: &str, at: &At, view: &View<'a>) -> Option<String> {
         let root = self.rules.schema.as_value();
-        let found = home_of(name, &View::of(root, root), "", SEARCH_DEPTH)?;
-        Some(format!("`[{found}]`"))
+        home_of(name, view, &at.path, SEARCH_DEPTH).or_else(|| home_of(name, &View::of(root, root), "", SEARCH_DEPTH))
     }
 }
 
-/// The path of the first table below a schema that knows the key.
+/// The header of the nearest table below a schema that knows the key. `…` stands for a name that people choose.
 fn home_of(name: &str, view: &View<'_>, path: &str, depth: usize) -> Option<String> {
-    let inner = |(key, root, schema): (&str, _, _)| {
-        let path = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-        (path, View::of(root, schema))
+    let mut level: Vec<(String, bool, View<'_>)> = below(view, path);
+    for _ in 0..depth {
+        if level.len() > MOST_SEARCHED {
+            break;
+        }
+        let knows = |view: &View<'_>| view.properties().iter().any(|(key, ..)| *key == name);
+        if let Some((path, list, _)) = level.iter().find(|(.., view)| knows(view)) {
+            return Some(if *list { format!("`[[{path}]]`") } else { format!("`[{path}]`") });
+        }
+        level = level.iter().flat_map(|(path, _, view)| below(view, path)).collect();
+    }
+    None
+}
+
+/// The values that a table holds by its schema: path, whether it is a list, and what is in it.
+fn below<'a>(view: &View<'a>, path: &str) -> Vec<(String, bool, View<'a>)> {
+    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    let mut found: Vec<(String, View<'a>)> =
+        view.properties().into_iter().map(|(key, root, schema)| (join(key), View::of(root, schema))).collect();
+    if let Others::Fit(root, schema) = others(view) {
+        found.push((join("…"), View::of(root, schema)));
+    }
+    let unlisted = |(path, view): (String, View<'a>)| match view.rooted("items") {
+        Some((root, schema)) => (path, true, View::of(root, schema)),
+        None => (path, false, view),
     };
-    let below: Vec<(String, View<'_>)> = view.properties().into_iter().map(inner).collect();
-    let here = below.iter().find(|(_, view)| view.properties().iter().any(|(key, ..)| *key == name));
-    if let Some((path, _)) = here {
-        return Some(path.clone());
-    }
-    if depth <= 1 {
-        return None;
-    }
-    below.iter().find_map(|(path, view)| home_of(name, view, path, depth - 1))
+    found.into_iter().map(unlisted).collect()
 }
 
 /// What a schema says of keys that it does not name.

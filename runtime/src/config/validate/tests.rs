@@ -134,7 +134,7 @@ fn try_read(text: &str) -> Result<Everything, Problems> {
     let id = sources.read("f").unwrap();
     let section = Section::parse(&sources, id)?;
     let schema = schema_of::<Everything>();
-    let rules = Rules { schema: &schema, common: None, partial: false, name: "the file", names: &rings };
+    let rules = Rules { schema: &schema, common: None, partial: false, name: "the file", names: &rings, elsewhere: &|_| None };
     Problems::check(check(&section, &rules, &sources))?;
     section.deserialize(&sources)
 }
@@ -284,11 +284,11 @@ fn choices() {
     );
     assert!(told("turn = { kind = 3 }").starts_with("17: `kind` must be text in quotes"));
     assert!(told("turn = \"spot\"").starts_with("8: `turn` must be a table, not text"));
-    assert!(told("maybe_turn = { kind = \"spot\", rate_deg = 0 }").starts_with("41: `rate_deg` = 0 is below the minimum of 1"));
+    assert!(told("maybe_turn = { kind = \"spot\", rate_deg = 0 }").starts_with("42: `rate_deg` = 0 is below the minimum of 1"));
     assert!(told("turn = { kind = \"never\", radius = 1 }").starts_with("26: unknown key `radius` in `turn`"));
     assert!(told("outer = \"distance\"").starts_with("9: "));
     assert!(told("outer = { dist = 1 }").starts_with("11: `outer` must have exactly one known key"));
-    assert!(told("outer = { box = { width = 1 } }").starts_with("17: `box` lacks the key `height`"));
+    assert!(told("outer = { box = { width = 1 } }").starts_with("17: `outer.box` lacks the key `height`"));
     assert!(told("outer = { distance = 1, box = {} }").contains("unknown table `box`"));
     assert_eq!(
         told("ring = \"luey-6\""),
@@ -319,7 +319,7 @@ fn a_template_may_lack_keys() {
     let id = sources.read("f").unwrap();
     let section = Section::parse(&sources, id).unwrap();
     let schema = schema_of::<Everything>();
-    let rules = Rules { schema: &schema, common: None, partial: true, name: "the file", names: &no_names };
+    let rules = Rules { schema: &schema, common: None, partial: true, name: "the file", names: &no_names, elsewhere: &|_| None };
     assert_eq!(check(&section, &rules, &sources), []);
 }
 
