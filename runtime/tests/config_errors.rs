@@ -54,6 +54,14 @@ told! {
     unclosed_list: with("width = [1.0, 2.5]", "width = [1.0, 2.5");
     unclosed_inline_table: with("distance = 0.7 }", "distance = 0.7");
     colon_for_equals: with("seed = 7", "seed: 7");
+    hash_in_key: with("seed = 7", "se#ed = 7");
+    no_value: with("seed = 7", "seed =");
+    invisible_character: with("seed = 7", "seed = \u{202e}7");
+    control_character_in_text: with("\"office floor\"", "\"office\u{1}floor\"");
+    too_many_commas: with("[1.0, 2.5]", "[1.0,, 2.5]");
+    value_extended: with("[robot.agent.corridor-follower]", "[robot.start.corridor-follower]");
+    lost_robot_header: with("[[robot]]\nname = \"bob\"\n", "name = \"bob\"\n");
+    keys_of_another_driver: with("driver = \"sim\", ring", "driver = \"arcos\", ring");
     slash_comment: with("#:schema", "//");
     missing_world_file: with("worlds/office.toml", "worlds/ofice.toml");
     no_world: with("[world]\nfile = \"worlds/office.toml\"\n", "");

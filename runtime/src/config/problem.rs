@@ -229,9 +229,14 @@ impl fmt::Display for Problems {
 
 impl std::error::Error for Problems {}
 
+/// True for characters that a terminal does not show, or that move what it shows.
+pub(super) fn hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{a0}' | '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202f}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
 /// The text with whatever would break a line or a terminal spelled out.
 fn visible(text: &str) -> String {
-    let hidden = |c: char| c.is_control() || ('\u{200b}'..='\u{200f}').contains(&c) || ('\u{202a}'..='\u{202e}').contains(&c);
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         if hidden(c) { shown.extend(c.escape_default()) } else { shown.push(c) }

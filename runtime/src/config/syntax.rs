@@ -1,9 +1,11 @@
 //! Syntax errors, told to people who do not know the grammar of TOML.
 
+mod words;
+
 use toml::{Spanned, de::DeTable, de::DeValue, de::Error};
 
 use super::{
-    problem::{Problem, cut},
+    problem::Problem,
     source::{Sources, Span},
 };
 
@@ -23,7 +25,7 @@ pub(super) fn explain(
     let mut errors: Vec<&Error> = errors.iter().collect();
     errors.sort_by_key(|error| error.span().map_or(0, |span| span.start));
     for error in errors {
-        let span = place(text, error.span());
+        let span = place(text, error);
         let line = text.as_bytes()[..span.start].iter().filter(|byte| **byte == b'\n').count();
         if lines.contains(&line) || lines.len() >= MOST {
             continue;
@@ -33,7 +35,7 @@ pub(super) fn explain(
         let problem = match error.message() {
             "duplicate key" => duplicate(sources, start, text, &span, document.get_ref()),
             message => {
-                let (what, hint) = describe(message, text, &span);
+                let (what, hint) = words::describe(message, text, &span);
                 let problem = Problem::new(sources, &at, what, hint);
                 match opening(message, text, span.start) {
                     Some(open) => problem.note(sources, &(start + open..start + open + 1), "it begins here"),
@@ -50,17 +52,22 @@ pub(super) fn explain(
     problems
 }
 
-/// The span of an error within the text; an error at the end of a line stays in that line.
-fn place(text: &str, span: Option<Span>) -> Span {
-    let span = span.unwrap_or(0..0);
+/// The span of an error within the text.
+fn place(text: &str, error: &Error) -> Span {
+    let Some(span) = error.span() else {
+        // Only a key of too many parts comes without a place.
+        let deepest = text.lines().max_by_key(|line| line.matches('.').count()).unwrap_or("");
+        let start = text.find(deepest).unwrap_or(0);
+        return start..start + deepest.len();
+    };
     let start = text.floor_char_boundary(span.start.min(text.len()));
-    let end = text.ceil_char_boundary(span.end.clamp(start, text.len()));
-    start..end
+    start..text.ceil_char_boundary(span.end.clamp(start, text.len()))
 }
 
 /// Where a list or an inline table that goes wrong on a later line begins.
 fn opening(message: &str, text: &str, before: usize) -> Option<usize> {
     let bracket = match message {
+        message if message.starts_with("cannot extend") => return None,
         message if message.contains("array") => '[',
         message if message.contains("inline") || message.contains("key-value pairs") => '{',
         _ => return None,
@@ -129,125 +136,6 @@ fn first_of(table: &DeTable<'_>, name: &str, before: usize) -> Option<Span> {
         found = [found, here, below].into_iter().flatten().max_by_key(|span| span.start);
     }
     found
-}
-
-/// What is wrong and what to do, from the parser's message and the text at the place.
-fn describe(message: &str, text: &str, span: &Span) -> (String, String) {
-    let what = message.split(", expected").next().unwrap_or(message);
-    let here = &text[span.clone()];
-    let line = line_of(text, span.start).trim();
-    let value = line.split_once('=').map_or("", |(_, value)| value.trim());
-    let key = line.split('=').next().unwrap_or("").trim();
-    match what {
-        "string values must be quoted" if value.is_empty() => {
-            (format!("`{}` has no value", cut(key)), format!("write a value after the `=`, such as `{} = 1`", cut(key)))
-        }
-        "string values must be quoted" => unquoted(here),
-        "key with no value" => (format!("`{}` has no value", cut(line)), no_value(line)),
-        "invalid unquoted key" if !line.contains('=') => (format!("`{}` has no value", cut(line)), no_value(line)),
-        "invalid unquoted key" | "unquoted keys cannot be empty" if line.starts_with('=') => {
-            ("there is no key before `=`".to_owned(), "write `key = value`".to_owned())
-        }
-        "invalid unquoted key" => (
-            format!("`{}` can't be in a key", cut(here)),
-            "keys are made of letters without accents, digits, `-` and `_`; `#` begins a comment".to_owned(),
-        ),
-        "invalid boolean" => {
-            (format!("`{}` is not a value", cut(value)), "write `true` or `false`, or put text in quotes".to_owned())
-        }
-        "extra `=`" => ("there are two `=`".to_owned(), "write `key = value` with one `=`".to_owned()),
-        "unexpected key or value" => behind_value(value),
-        "invalid basic string" | "invalid literal string" if here.is_empty() => {
-            ("this text is not closed".to_owned(), format!("put a {} at its end", quote_of(what)))
-        }
-        "unclosed table" => ("this table header is not closed".to_owned(), "put a `]` at its end".to_owned()),
-        "unclosed array table" => ("this table header is not closed".to_owned(), "put `]]` at its end".to_owned()),
-        "unclosed array" => ("this list is not closed".to_owned(), "put a `]` at its end".to_owned()),
-        "unclosed inline table" | "missing key for inline table element" => {
-            ("this inline table is not closed".to_owned(), "put a `}` at its end".to_owned())
-        }
-        "missing comma between array elements" => (
-            "a comma or a closing `]` is missing".to_owned(),
-            "separate the values of a list by commas, and close it with `]`".to_owned(),
-        ),
-        "missing comma between key-value pairs" => (
-            "a comma or a closing `}` is missing".to_owned(),
-            "separate the entries by commas, and close the table with `}`".to_owned(),
-        ),
-        "missing escaped value" => {
-            let hint = "write `\\\\` for a backslash, or put the text in single quotes, where nothing is escaped";
-            ("a backslash in a text begins an escape, and this is none".to_owned(), hint.to_owned())
-        }
-        "invalid date" => ("this is not a valid date".to_owned(), "no key takes a date; put text in quotes".to_owned()),
-        "recursion limit" | "cannot recurse further; max recursion depth met" => {
-            ("this is nested too deeply".to_owned(), "no configuration needs more than 80 levels".to_owned())
-        }
-        "unexpected leading zero" => ("a number can't begin with 0".to_owned(), "remove the leading zeros".to_owned()),
-        what if what.contains("mantissa") || what.contains("fraction") => (
-            "this number lacks digits at its point".to_owned(),
-            "write digits on both sides of the point, such as `0.5` or `5.0`".to_owned(),
-        ),
-        what if ["float", "integer", "exponent", "numeric", "underscore", "digit"].iter().any(|word| what.contains(word)) => (
-            format!("`{}` is not a number", cut(value)),
-            "write a number such as `12` or `0.35`, or put text in quotes".to_owned(),
-        ),
-        what => (
-            what.to_owned(),
-            format!("the parser expected {}", message.split_once("expected ").map_or("something else", |(_, rest)| rest)),
-        ),
-    }
-}
-
-/// A value that is neither number nor quoted.
-fn unquoted(here: &str) -> (String, String) {
-    let message = format!("`{}` is not a value", cut(here));
-    let number = here.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit());
-    let hint = match here.to_lowercase().as_str() {
-        "true" | "yes" | "on" => "write `true`".to_owned(),
-        "false" | "no" | "off" => "write `false`".to_owned(),
-        "none" | "null" | "nil" => "remove the line to leave the key unset".to_owned(),
-        _ if here.contains(['\u{201c}', '\u{201d}', '\u{201e}']) => "use straight quotes: `\"`".to_owned(),
-        _ if number => bare_number(here),
-        _ => format!("put text in quotes: `\"{}\"`", cut(here).replace('"', "")),
-    };
-    (message, hint)
-}
-
-/// What to write instead of a number with its unit.
-fn bare_number(here: &str) -> String {
-    let number: String = here.chars().take_while(|c| c.is_ascii_digit() || "+-._".contains(*c)).collect();
-    format!(
-        "write the number without its unit, `{}`; which unit is meant, the key's description says",
-        number.trim_end_matches('.')
-    )
-}
-
-fn no_value(line: &str) -> String {
-    if line.starts_with("//") || line.starts_with("--") || line.starts_with(';') {
-        return "a comment begins with `#`".to_owned();
-    }
-    match line.split_once(':') {
-        Some((key, value)) => format!("write `{} = {}`", cut(key.trim()), cut(value.trim())),
-        None => "write `key = value`, or `[table]` for a table".to_owned(),
-    }
-}
-
-/// Something stands behind a complete value.
-fn behind_value(value: &str) -> (String, String) {
-    let decimal_comma = value.split_once(',').is_some_and(|(whole, rest)| {
-        let digits = |text: &str| !text.trim().is_empty() && text.trim().chars().all(|c| c.is_ascii_digit());
-        digits(whole.trim_start_matches(['-', '+'])) && digits(rest)
-    });
-    let hint = if decimal_comma {
-        format!("write the decimal point as a point: `{}`", cut(&value.replace(',', ".")))
-    } else {
-        "put one `key = value` on a line, and `#` before a comment".to_owned()
-    };
-    ("there is something behind the value".to_owned(), hint)
-}
-
-fn quote_of(what: &str) -> &'static str {
-    if what.contains("literal") { "`'`" } else { "`\"`" }
 }
 
 /// The whole line around a position.

@@ -5,7 +5,7 @@ use schemars::Schema;
 use super::{
     AgentConfig, DriverConfig,
     catalog::{AgentInfo, Catalog, DriverInfo},
-    keys::{AgentTable, BaseTable},
+    keys::{AgentTable, BaseTable, MissionFile, SonarTable},
     names,
 };
 use crate::config::{
@@ -21,7 +21,8 @@ pub(super) struct Checker<'a> {
     pub(super) sources: &'a Sources,
     pub(super) catalog: &'a dyn Catalog,
     agent_keys: Schema,
-    driver_keys: Schema,
+    base_keys: Schema,
+    sonar_keys: Schema,
 }
 
 /// Which of the two devices.
@@ -56,7 +57,13 @@ impl Device {
 
 impl<'a> Checker<'a> {
     pub(super) fn new(sources: &'a Sources, catalog: &'a dyn Catalog) -> Self {
-        Self { sources, catalog, agent_keys: closed::<AgentTable>(), driver_keys: closed::<BaseTable>() }
+        Self {
+            sources,
+            catalog,
+            agent_keys: closed::<AgentTable>(),
+            base_keys: closed::<BaseTable>(),
+            sonar_keys: closed::<SonarTable>(),
+        }
     }
 
     /// A device of a robot or, if `partial`, of a template. `None` if it has none, or has problems.
@@ -86,7 +93,11 @@ impl<'a> Checker<'a> {
             return None;
         };
         let title = format!("the {} with driver `{name}`", device.key());
-        self.check(&section, &info.schema, &self.driver_keys, partial, &title, problems).then(|| {
+        let common = match device {
+            Device::Base => &self.base_keys,
+            Device::Sonar => &self.sonar_keys,
+        };
+        self.check(&section, &info.schema, common, partial, &title, problems).then(|| {
             let own = without(&section, &["driver"]);
             (DriverConfig { name: name.to_owned(), span: section.span_of("driver"), section: own }, info)
         })
@@ -198,10 +209,17 @@ pub(super) fn owner(key: &str, catalog: &dyn Catalog) -> Option<String> {
     if let Some(kind) = kinds.iter().find(|kind| catalog.agent(kind).is_some_and(|info| has(&info.schema))) {
         return Some(format!("agents of kind `{kind}`"));
     }
-    [Device::Base, Device::Sonar].into_iter().find_map(|device| {
+    let driver = [Device::Base, Device::Sonar].into_iter().find_map(|device| {
         let drivers = device.all(catalog);
         let driver = drivers.iter().find(|name| device.info(catalog, name).is_some_and(|info| has(&info.schema)))?;
         Some(format!("the {} driver `{driver}`", device.key()))
+    });
+    let tables =
+        [("RobotKeys", "`[[robot]]`"), ("MissionKeys", "`[mission]`"), ("WorldKeys", "`[world]`"), ("RecordKeys", "`[record]`")];
+    driver.or_else(|| {
+        let mission = validate::schema_of::<MissionFile>();
+        let known = |table: &str| mission.pointer(&format!("/$defs/{table}/properties/{key}")).is_some();
+        tables.into_iter().find(|(table, _)| known(table)).map(|(_, header)| header.to_owned())
     })
 }
 

@@ -58,11 +58,15 @@ impl<'a> Validator<'a> {
         let what = if value.as_table().is_some() { "table" } else { "key" };
         let message = format!("unknown {what} `{}` in {}", cut(name), at.title());
         let near = suggest::nearest(name, names());
-        let elsewhere = self.belongs(name, at, view).map(|home| format!("`{name}` belongs in {home}"));
-        let elsewhere = elsewhere.or_else(|| (self.rules.elsewhere)(name).map(|home| format!("`{name}` is a key of {home}")));
+        let elsewhere = self
+            .belongs(name, at, view)
+            .map(|home| format!("`{name}` belongs in {home}: move it there, or put the missing header above it"));
+        let elsewhere = elsewhere.or_else(|| {
+            (self.rules.elsewhere)(name).map(|home| format!("`{name}` is a key of {home}: move it there, or remove it"))
+        });
         let hint = match (near, elsewhere) {
             // The very same word in another table is a better guess than a like one here.
-            (_, Some(home)) => format!("{home}; did its table header get lost?"),
+            (_, Some(home)) => home,
             (Some(near), None) => {
                 let schema = known.iter().find(|(known, ..)| *known == near);
                 let about = schema.and_then(|(_, root, schema)| words::about(&View::of(root, schema)));

@@ -258,7 +258,7 @@ fn keys() {
     );
     assert_eq!(
         told("a = 1"),
-        "1: unknown key `a` in the file (hint: `a` belongs in `[forgetful]`; did its table header get lost?)"
+        "1: unknown key `a` in the file (hint: `a` belongs in `[forgetful]`: move it there, or put the missing header above it)"
     );
     assert_eq!(told("turn = { kind = \"curve\" }"), "8: `turn` lacks the key `radius` (hint: add `radius = …`: radius, m)");
     assert!(told("by_number = { x = 1 }").starts_with("15: "));

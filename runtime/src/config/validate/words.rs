@@ -10,7 +10,7 @@ pub(super) fn sort_of(value: &Data) -> &'static str {
     match value {
         Data::Text(_) => "text",
         Data::Whole(_) => "a whole number",
-        Data::Number(_) => "a number with a fraction",
+        Data::Number(_) => "a decimal number",
         Data::Flag(_) => "true or false",
         Data::Date(_) => "a date",
         Data::List(_) => "a list",
