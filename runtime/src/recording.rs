@@ -49,7 +49,8 @@
 //! # Why the bytes are the same every time
 //!
 //! Log times are simulated times; the order of messages is the order of steps, robots and [`Track::record`] calls; chunks
-//! close by content and log time alone; nothing else (host, wall time, versions of libraries, threads) enters the file.
+//! close by content and log time alone; nothing else (host, wall time, threads) enters the file. Field comments are part of the
+//! message definitions, so editing a payload's documentation changes the bytes, though not what they can be read as.
 //!
 //! # What survives
 //!
@@ -57,6 +58,7 @@
 //! open and what was on its way to it; [`ChunkLimits`] bounds both in bytes and in time. The summary at the end is for
 //! fast seeking only.
 
+mod compare;
 mod definition;
 mod entries;
 mod file;
@@ -72,6 +74,7 @@ mod track;
 mod unpacked;
 mod views;
 
+pub use compare::Difference;
 pub use entries::Entries;
 pub use file::{ChunkLimits, RecordError, RecordingSummary, Sink};
 pub use grid::GridImage;

@@ -157,11 +157,12 @@ impl RecordingFile {
         let mut mcap = options.create(tee).map_err(fail)?;
         mcap.write_metadata(&mcap::records::Metadata { name: METADATA.to_owned(), metadata }).map_err(fail)?;
         for source in &mission.sources {
+            let media_type = if source.name.ends_with(".toml") { "application/toml" } else { "application/octet-stream" };
             mcap.attach(&mcap::Attachment {
                 log_time: 0,
                 create_time: 0,
                 name: source.name.clone(),
-                media_type: "application/toml".to_owned(),
+                media_type: media_type.to_owned(),
                 data: source.bytes.as_slice().into(),
             })
             .map_err(fail)?;

@@ -1,5 +1,7 @@
 //! Messages of a recording, decoded one by one.
 
+use std::ops::Range;
+
 use foxglove::{
     Decode,
     messages::{Grid, Log, log::Level},
@@ -21,16 +23,30 @@ type DecodeFn<T> = fn(&[u8]) -> Result<T, String>;
 /// The messages of one topic, with their log times, in the order of recording. Ends after the first error.
 #[derive(Debug)]
 pub struct Messages<'r, T> {
-    reader: &'r Reader,
+    cursor: Cursor<'r>,
     topic: String,
     channels: Vec<u16>,
     decode: DecodeFn<T>,
-    /// The next chunk to load, and the one before which to end.
-    chunks: std::ops::Range<usize>,
     until: Time,
+}
+
+/// Moves through all messages of a recording.
+#[derive(Debug)]
+pub(super) struct Cursor<'r> {
+    reader: &'r Reader,
+    /// The next chunk to load, and the one before which to end.
+    chunks: Range<usize>,
     records: Vec<u8>,
     /// How much of `records` has been read.
     position: usize,
+}
+
+/// A message that a cursor has come to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct RawMessage<'c> {
+    pub(super) channel: u16,
+    pub(super) time: Time,
+    pub(super) data: &'c [u8],
 }
 
 /// A line of a node's log.
@@ -98,8 +114,7 @@ impl Reader {
         if channels.is_empty() {
             self.known_robot(robot)?;
         }
-        let chunks = 0..self.contents.chunks.len();
-        Ok(Messages { reader: self, topic, channels, decode, chunks, until: Time::FAR, records: Vec::new(), position: 0 })
+        Ok(Messages { cursor: Cursor::new(self), topic, channels, decode, until: Time::FAR })
     }
 
     /// How to decode a channel's samples as `P`; if they are something else, what they are and what they should be.
@@ -128,54 +143,57 @@ impl Reader {
 impl<T> Messages<'_, T> {
     /// Only the messages of one chunk that are no later than `until`.
     pub(super) fn only(mut self, chunk: usize, until: Time) -> Self {
-        self.chunks = chunk..chunk + 1;
+        self.cursor.chunks = chunk..chunk + 1;
         self.until = until;
         self
     }
 
-    /// Moves to the next message of the topic: its log time, and where in `records` its data lies.
-    fn advance(&mut self) -> Result<Option<(Time, std::ops::Range<usize>)>, ReadError> {
-        if self.channels.is_empty() {
-            return Ok(None);
+    fn decoded(&mut self) -> Result<Option<(Time, T)>, ReadError> {
+        let place = &self.cursor.reader.place;
+        while !self.channels.is_empty() {
+            let Some(RawMessage { channel, time, data }) = self.cursor.advance()? else { break };
+            if self.channels.contains(&channel) && time <= self.until {
+                let message = |what| ReadError::Message { place: place.clone(), topic: self.topic.clone(), time, what };
+                return (self.decode)(data).map(|value| Some((time, value))).map_err(message);
+            }
         }
+        Ok(None)
+    }
+}
+
+impl<'r> Cursor<'r> {
+    /// Before the first message.
+    pub(super) fn new(reader: &'r Reader) -> Self {
+        Self { reader, chunks: 0..reader.contents.chunks.len(), records: Vec::new(), position: 0 }
+    }
+
+    /// Moves to the next message.
+    pub(super) fn advance(&mut self) -> Result<Option<RawMessage<'_>>, ReadError> {
         loop {
             let mut rest = &self.records[self.position..];
-            let Some((code, body)) = next_record(&mut rest) else {
+            if let Some((code, body)) = next_record(&mut rest) {
+                let end = self.records.len() - rest.len();
+                self.position = end;
+                if code == op::MESSAGE && body.len() >= MESSAGE_HEADER {
+                    return Ok(raw_message(&self.records[end - body.len()..end]));
+                }
+            } else {
                 let Some(chunk) = self.chunks.next() else { return Ok(None) };
                 self.reader.load(self.reader.contents.chunks[chunk], &mut self.records)?;
                 self.position = 0;
-                continue;
-            };
-            let end = self.records.len() - rest.len();
-            self.position = end;
-            if code != op::MESSAGE {
-                continue;
-            }
-            let Some((channel, time, data)) = message(body) else { continue };
-            if self.channels.contains(&channel) && time <= self.until {
-                return Ok(Some((time, end - data.len()..end)));
-            }
-        }
-    }
-
-    fn decoded(&mut self) -> Result<Option<(Time, T)>, ReadError> {
-        let Some((time, data)) = self.advance()? else { return Ok(None) };
-        match (self.decode)(&self.records[data]) {
-            Ok(value) => Ok(Some((time, value))),
-            Err(what) => {
-                let (place, topic) = (self.reader.place.clone(), self.topic.clone());
-                Err(ReadError::Message { place, topic, time, what })
             }
         }
     }
 }
 
-/// Channel, log time and data of a message record.
-pub(super) fn message(body: &[u8]) -> Option<(u16, Time, &[u8])> {
-    let (header, data) = body.split_first_chunk::<22>()?;
+/// Channel, sequence number, log time and publish time before a message's data.
+const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
+
+fn raw_message(body: &[u8]) -> Option<RawMessage<'_>> {
+    let (header, data) = body.split_first_chunk::<MESSAGE_HEADER>()?;
     let [c0, c1, _, _, _, _, t0, t1, t2, t3, t4, t5, t6, t7, ..] = *header;
     let time = Time::from_nanos(u64::from_le_bytes([t0, t1, t2, t3, t4, t5, t6, t7]));
-    Some((u16::from_le_bytes([c0, c1]), time, data))
+    Some(RawMessage { channel: u16::from_le_bytes([c0, c1]), time, data })
 }
 
 impl<T> Iterator for Messages<'_, T> {

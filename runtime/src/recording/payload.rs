@@ -32,7 +32,7 @@ pub(super) const JSON: &str = "json";
 pub(super) enum Form {
     /// Small, fast and exact.
     Packed,
-    /// For what has no packed form.
+    /// For what has no packed form. Numbers may come back off by their last digit, NaN and infinity not at all.
     Json,
 }
 

@@ -54,9 +54,9 @@ impl Recorder {
         let place = file.place().to_owned();
         let failure = Arc::new(OnceLock::new());
         let (batches, incoming) = sync_channel(WAITING);
-        // One batch is being filled and one being written while the others wait.
+        // While one batch is being filled, one can be on its way, one being written, and the others wait.
         let (used, spare) = sync_channel(WAITING + 2);
-        for _ in 0..=WAITING {
+        for _ in 0..WAITING + 2 {
             let _ = used.try_send(Vec::with_capacity(BATCH + BATCH / 2));
         }
         let told = Arc::clone(&failure);
@@ -71,7 +71,7 @@ impl Recorder {
     /// Takes a robot's entries over and empties them. Call it once a step for each robot, in the robots' order: the
     /// order of these calls is the order in the file.
     ///
-    /// Waits only if the disk is 4 MiB (or 16 s at wall time) behind.
+    /// Waits only if the disk is 16 batches behind: of 256 KiB, or of the entries of one second if those are fewer.
     pub fn append(&mut self, entries: &mut Entries) {
         let bytes = entries.bytes();
         if !bytes.is_empty() && self.failure.get().is_none() {
@@ -104,18 +104,22 @@ impl Recorder {
         self.since = None;
         let Some(writer) = &self.writer else { return };
         let empty = writer.spare.try_recv().unwrap_or_default();
-        // Fails only if the thread has panicked, which the end will tell.
-        let _ = writer.batches.send(mem::replace(&mut self.pending, empty));
+        if writer.batches.send(mem::replace(&mut self.pending, empty)).is_err() {
+            let _ = self.failure.set(self.panicked().to_string());
+        }
+    }
+
+    fn panicked(&self) -> RecordError {
+        RecordError::Panicked { place: self.place.clone() }
     }
 
     fn end(&mut self) -> Result<RecordingSummary, RecordError> {
         if !self.pending.is_empty() {
             self.send();
         }
-        let panicked = RecordError::Panicked { place: self.place.clone() };
-        let Some(Writer { batches, thread, .. }) = self.writer.take() else { return Err(panicked) };
+        let Some(Writer { batches, thread, .. }) = self.writer.take() else { return Err(self.panicked()) };
         drop(batches);
-        thread.join().unwrap_or(Err(panicked))
+        thread.join().unwrap_or_else(|_| Err(self.panicked()))
     }
 }
 
