@@ -68,6 +68,7 @@ mod mission;
 mod packed;
 mod payload;
 mod reader;
+mod record;
 mod recorder;
 mod scan;
 mod track;

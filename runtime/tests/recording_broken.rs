@@ -112,8 +112,30 @@ fn damage_in_a_chunk_ends_the_recording_before_it() {
     assert_decisions(&reader, decisions);
 }
 
+#[test]
+fn damage_in_a_chunk_s_header_leaves_what_stands_before_and_never_misleads() {
+    let bytes = recorded(1, 40, 8);
+    let ends = record_ends(&bytes);
+    let chunk = ends.iter().enumerate().filter(|(_, (_, code, _))| *code == op::CHUNK).nth(1).unwrap().0;
+    let ((before, _, decisions), total) = (ends[chunk - 1], ends.last().unwrap().2);
+    assert!(0 < decisions && decisions < total);
+    for (place, bit) in (before..before + 49).flat_map(|place| (0..8).map(move |bit| (place, bit))) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 1 << bit;
+        let reader = Reader::from_bytes(damaged).unwrap();
+        assert_ne!(reader.ending(), &Ending::Complete, "bit {bit} of byte {}", place - before);
+        let found = reader.messages::<BaseDecision>("r0").unwrap().count();
+        assert!(found >= decisions);
+        assert_decisions(&reader, found);
+        for number in 1..=found as u64 {
+            let expected = made_up::step(0, number).decision;
+            assert_eq!(reader.decision_at("r0", expected.stamp).unwrap(), Some((expected.stamp, expected)));
+        }
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 600 } else { 5000 }))]
+    #![proptest_config(ProptestConfig::with_cases(5000))]
 
     /// Whatever bytes change: no panic, and no message that was never recorded.
     #[test]
@@ -145,6 +167,24 @@ proptest! {
     fn noise_is_not_a_recording(noise in prop::collection::vec(any::<u8>(), 0..200), magic in any::<bool>()) {
         let bytes = if magic { [mcap::MAGIC, &noise[..]].concat() } else { noise };
         prop_assert!(Reader::from_bytes(bytes).is_err());
+    }
+}
+
+/// Records of every kind that are too short for what they must hold, with lengths inside that promise nothing or too much.
+#[test]
+fn short_records_are_survived() {
+    let bytes = recorded(1, 4, 2);
+    let (head, ..) = *record_ends(&bytes).iter().find(|(_, code, _)| *code == op::METADATA).unwrap();
+    for (code, fill) in (0..=20).flat_map(|code| [(code, 0), (code, 1), (code, 0xff)]) {
+        for length in 0..80usize {
+            let mut file = bytes[..head].to_vec();
+            file.push(code);
+            file.extend_from_slice(&(length as u64).to_le_bytes());
+            file.resize(file.len() + length, fill);
+            let reader = Reader::from_bytes(file).unwrap();
+            assert_ne!(reader.ending(), &Ending::Complete);
+            assert_eq!(reader.messages::<BaseDecision>("r0").unwrap().count(), 0);
+        }
     }
 }
 

@@ -2,10 +2,7 @@
 
 use std::fmt;
 
-use super::{
-    ReadError, Reader,
-    messages::{Cursor, RawMessage},
-};
+use super::{ReadError, Reader, messages::Cursor, record::RawMessage};
 use crate::time::Time;
 
 /// The first message in which two recordings differ.

@@ -6,13 +6,12 @@ use foxglove::{
     Decode,
     messages::{Grid, Log, log::Level},
 };
-use mcap::records::op;
 
 use super::{
     GridImage, ReadError, Reader,
     definition::essence,
     payload::{JSON, PACKED, definition, type_name},
-    scan::next_record,
+    record::{RawMessage, next_record, raw_message},
     unpacked::unpack,
 };
 use crate::{time::Time, topics::Payload};
@@ -39,14 +38,6 @@ pub(super) struct Cursor<'r> {
     records: Vec<u8>,
     /// How much of `records` has been read.
     position: usize,
-}
-
-/// A message that a cursor has come to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct RawMessage<'c> {
-    pub(super) channel: u16,
-    pub(super) time: Time,
-    pub(super) data: &'c [u8],
 }
 
 /// A line of a node's log.
@@ -174,8 +165,9 @@ impl<'r> Cursor<'r> {
             if let Some((code, body)) = next_record(&mut rest) {
                 let end = self.records.len() - rest.len();
                 self.position = end;
-                if code == op::MESSAGE && body.len() >= MESSAGE_HEADER {
-                    return Ok(raw_message(&self.records[end - body.len()..end]));
+                // Made again to return it: the borrow checker does not let a conditional return end a loan.
+                if raw_message(code, body).is_some() {
+                    return Ok(raw_message(code, &self.records[end - body.len()..end]));
                 }
             } else {
                 let Some(chunk) = self.chunks.next() else { return Ok(None) };
@@ -184,16 +176,6 @@ impl<'r> Cursor<'r> {
             }
         }
     }
-}
-
-/// Channel, sequence number, log time and publish time before a message's data.
-const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
-
-fn raw_message(body: &[u8]) -> Option<RawMessage<'_>> {
-    let (header, data) = body.split_first_chunk::<MESSAGE_HEADER>()?;
-    let [c0, c1, _, _, _, _, t0, t1, t2, t3, t4, t5, t6, t7, ..] = *header;
-    let time = Time::from_nanos(u64::from_le_bytes([t0, t1, t2, t3, t4, t5, t6, t7]));
-    Some(RawMessage { channel: u16::from_le_bytes([c0, c1]), time, data })
 }
 
 impl<T> Iterator for Messages<'_, T> {

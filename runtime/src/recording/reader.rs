@@ -195,10 +195,11 @@ impl Reader {
             Err(ScanError::Compressed(compression)) => return Err(ReadError::Compressed { place, compression }),
         };
         let Some((_, entries)) = contents.metadata.iter().find(|(name, _)| name == METADATA) else {
+            // Whoever wrote it names itself first; a file cut off even before that may be anyone's.
+            let ours = contents.library.as_deref().is_none_or(|library| library == METADATA);
             return Err(match contents.ending {
-                Ending::Complete => ReadError::Foreign { place },
-                _ if !contents.chunks.is_empty() => ReadError::Foreign { place },
-                ending => ReadError::Empty { place, ending },
+                ending if ours && ending != Ending::Complete => ReadError::Empty { place, ending },
+                _ => ReadError::Foreign { place },
             });
         };
         match entries.get("layout").map(String::as_str) {

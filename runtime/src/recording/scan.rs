@@ -12,16 +12,17 @@ use mcap::{
     records::{Record, op},
 };
 
-use super::{Source, reader::Ending};
-
-/// Opcode and length before each record.
-const RECORD_HEADER: usize = 9;
-/// Fixed part of a chunk record before its data, if it is not compressed.
-const CHUNK_HEADER: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+use super::{
+    Source,
+    reader::Ending,
+    record::{CHUNK_HEADER, RECORD_HEADER, next_record, parse, raw_message},
+};
 
 /// All that lies outside of messages, and where the messages are.
 #[derive(Debug)]
 pub(super) struct Contents {
+    /// What wrote the file, by its first record.
+    pub(super) library: Option<String>,
     /// Name and entries of each metadata record.
     pub(super) metadata: Vec<(String, BTreeMap<String, String>)>,
     pub(super) sources: Vec<Source>,
@@ -45,7 +46,7 @@ pub(super) struct Channel {
 pub(super) struct ChunkSpan {
     pub(super) offset: u64,
     pub(super) length: usize,
-    /// Log times of the first and last of its messages, ns.
+    /// Earliest and latest log time of its messages, ns.
     pub(super) times: (u64, u64),
 }
 
@@ -75,6 +76,7 @@ pub(super) fn scan(stream: &mut dyn Read, length: u64) -> Result<Contents, ScanE
     }
     let mut scan = Scan {
         contents: Contents {
+            library: None,
             metadata: Vec::new(),
             sources: Vec::new(),
             channels: BTreeMap::new(),
@@ -158,46 +160,48 @@ impl Scan {
             Err(what) => return Ok(Err(what)),
         };
         match record {
-            Some(Record::Chunk { header, data }) => {
-                if !header.compression.is_empty() {
-                    return Err(ScanError::Compressed(header.compression));
+            Record::Chunk { header, data } => {
+                match header.compression.as_str() {
+                    "" => {}
+                    "lz4" | "zstd" => return Err(ScanError::Compressed(header.compression)),
+                    _ => return Ok(Err("the chunk's header is damaged".to_owned())),
                 }
-                let span = ChunkSpan {
-                    offset: at + RECORD_HEADER as u64 + CHUNK_HEADER,
-                    length: data.len(),
-                    times: (header.message_start_time, header.message_end_time),
-                };
-                return Ok(self.chunk(span, &data, header.uncompressed_size, header.uncompressed_crc));
+                let offset = at + RECORD_HEADER as u64 + CHUNK_HEADER;
+                return Ok(self.chunk(offset, &data, header.uncompressed_size, header.uncompressed_crc));
             }
-            Some(Record::Metadata(metadata)) => self.contents.metadata.push((metadata.name, metadata.metadata)),
-            Some(Record::Attachment { header, data, .. }) => {
+            Record::Header(header) => self.contents.library = Some(header.library),
+            Record::Metadata(metadata) => self.contents.metadata.push((metadata.name, metadata.metadata)),
+            Record::Attachment { header, data, .. } => {
                 self.contents.sources.push(Source { name: header.name, bytes: data.into_owned() });
             }
-            Some(record) => self.define(record),
-            None => {}
+            Record::MessageIndex(_) => {}
+            // A chunk whose kind has been damaged must not be passed over in silence.
+            other => return Ok(Err(format!("a record of kind {} does not belong here", other.opcode()))),
         }
         Ok(Ok(()))
     }
 
-    fn chunk(&mut self, span: ChunkSpan, data: &[u8], size: u64, checksum: u32) -> Result<(), String> {
+    /// The header's times are not under the checksum, so they are taken from the messages.
+    fn chunk(&mut self, offset: u64, data: &[u8], size: u64, checksum: u32) -> Result<(), String> {
         if size != data.len() as u64 {
             return Err("the chunk's two sizes differ".to_owned());
         }
-        if checksum != 0 && checksum != crc32fast::hash(data) {
+        if checksum != crc32fast::hash(data) {
             return Err("the chunk's checksum is wrong".to_owned());
         }
-        let mut rest = data;
+        let (mut rest, mut times) = (data, (u64::MAX, 0));
         while let Some((code, body)) = next_record(&mut rest) {
-            if matches!(code, op::SCHEMA | op::CHANNEL)
-                && let Some(record) = parse(code, body)?
-            {
-                self.define(record);
+            if matches!(code, op::SCHEMA | op::CHANNEL) {
+                self.define(parse(code, body)?);
+            } else if let Some(message) = raw_message(code, body) {
+                let time = message.time.as_nanos();
+                times = (times.0.min(time), times.1.max(time));
             }
         }
         if !rest.is_empty() {
             return Err("the chunk ends within a record".to_owned());
         }
-        self.contents.chunks.push(span);
+        self.contents.chunks.push(ChunkSpan { offset, length: data.len(), times });
         Ok(())
     }
 
@@ -238,34 +242,4 @@ impl Scan {
             Ending::Damaged { at, what: "something else follows the end of the recording".to_owned() }
         })
     }
-}
-
-/// Takes a record, its opcode and body, off the front of a chunk's bytes.
-pub(super) fn next_record<'b>(bytes: &mut &'b [u8]) -> Option<(u8, &'b [u8])> {
-    let ([code, length @ ..], rest) = bytes.split_first_chunk::<RECORD_HEADER>()?;
-    let (body, rest) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
-    *bytes = rest;
-    Some((*code, body))
-}
-
-/// Parses the records that a reader needs; `None` for others.
-fn parse(code: u8, body: &[u8]) -> Result<Option<Record<'_>>, String> {
-    match code {
-        op::SCHEMA | op::CHANNEL | op::CHUNK | op::METADATA => {}
-        // The parser slices the checksum off the end before it knows that the record is that long.
-        op::ATTACHMENT if attachment_has_room(body) => {}
-        op::ATTACHMENT => return Err("the attachment is too short".to_owned()),
-        _ => return Ok(None),
-    }
-    mcap::parse_record(code, body).map(Some).map_err(|error| error.to_string())
-}
-
-/// True if an attachment's body is long enough for its names, its length and its checksum.
-fn attachment_has_room(body: &[u8]) -> bool {
-    let text = |at: usize| -> Option<usize> {
-        let length = u32::from_le_bytes(*body.get(at..)?.first_chunk()?);
-        at.checked_add(4)?.checked_add(usize::try_from(length).ok()?)
-    };
-    let names_end = text(16).and_then(text);
-    names_end.and_then(|end| end.checked_add(8 + 4)).is_some_and(|end| end <= body.len())
 }
