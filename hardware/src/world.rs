@@ -101,9 +101,10 @@ impl World {
     /// folder.
     ///
     /// # Errors
-    /// As [`World::from_plan`]; [`WorldError::Syntax`] if the file is no world file.
+    /// As [`World::from_plan`]; [`WorldError::Unreadable`] if the file can't be read, [`WorldError::Syntax`] if it is no world
+    /// file.
     pub fn load(path: &Path, files: &ReadFile<'_>) -> Result<Self, WorldError> {
-        let unreadable = |reason| WorldError::File { element: Element::only("world"), path: path.to_owned(), reason };
+        let unreadable = |reason| WorldError::Unreadable { path: path.to_owned(), reason };
         let text = files(path).map_err(unreadable)?;
         let text = String::from_utf8(text).map_err(|e| unreadable(io::Error::new(io::ErrorKind::InvalidData, e)))?;
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -128,7 +128,11 @@ impl Pieces {
         if let Some(ros) = &plan.map {
             let on = Element::only("map");
             let yaml = read(&on, &ros.file, files)?;
-            let wrong = |path: &Path, reason| WorldError::Map { element: on.clone(), path: path.to_owned(), reason };
+            let wrong = |path: &Path, reason: MapError| WorldError::Map {
+                element: on.clone(),
+                path: path.to_owned(),
+                reason: Box::new(reason),
+            };
             let header = map::Header::parse(&yaml).map_err(|e| wrong(&ros.file, e))?;
             let picture = ros.file.parent().map_or_else(|| header.image.clone(), |folder| folder.join(&header.image));
             let grid = header.grid(&read(&on, &picture, files)?).map_err(|e| wrong(&picture, e))?;
@@ -137,7 +141,8 @@ impl Pieces {
         }
         if let Some(image) = &plan.image {
             let on = Element::only("image");
-            let wrong = |reason| WorldError::Map { element: on.clone(), path: image.file.clone(), reason };
+            let wrong =
+                |reason: MapError| WorldError::Map { element: on.clone(), path: image.file.clone(), reason: Box::new(reason) };
             let grid = map::Grid::from_floor_plan(image, &read(&on, &image.file, files)?).map_err(wrong)?;
             let rings = grid.rings(map::Unknown::Free, image.min_speck, image.tolerance);
             self.add_import(rings, image.reflectance).map_err(wrong)?;

@@ -6,7 +6,8 @@
 use super::{
     WorldError,
     error::Element,
-    plan::{Door, FAR, WorldPlan, Xy},
+    plan::{Door, FAR, Loop, WorldPlan, Xy},
+    shapes::SHORTEST,
 };
 
 /// Checks all numbers of a plan.
@@ -85,6 +86,10 @@ fn people(plan: &WorldPlan) -> Result<(), WorldError> {
         if it.path.is_empty() {
             return Err(on.refuse("path needs a waypoint"));
         }
+        distinct(&on, "path", &it.path)?;
+        if it.looping == Loop::Round && it.path.len() > 1 && near(it.path[0], it.path[it.path.len() - 1]) {
+            return Err(on.refuse("the last waypoint is the first again; a round closes by itself"));
+        }
     }
     for (i, it) in plan.place.iter().enumerate() {
         let on = Element::nth("place", i, Some(&it.name));
@@ -121,8 +126,16 @@ fn line(on: &Element, along: &[Xy]) -> Result<(), WorldError> {
     if along.len() < 2 {
         return Err(on.refuse("along needs at least two points"));
     }
-    match along.windows(2).position(|w| (w[1].point() - w[0].point()).norm() < 1e-3) {
-        Some(i) => Err(on.refuse(format!("points {} and {} of along are the same", i + 1, i + 2))),
+    distinct(on, "along", along)
+}
+
+fn near(a: Xy, b: Xy) -> bool {
+    (a.point() - b.point()).norm() < SHORTEST
+}
+
+fn distinct(on: &Element, key: &str, line: &[Xy]) -> Result<(), WorldError> {
+    match line.windows(2).position(|w| near(w[0], w[1])) {
+        Some(i) => Err(on.refuse(format!("points {} and {} of {key} are the same", i + 1, i + 2))),
         None => Ok(()),
     }
 }

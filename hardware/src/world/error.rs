@@ -44,6 +44,14 @@ pub enum WorldError {
     /// The text is no world file.
     #[error("{0}")]
     Syntax(#[from] toml::de::Error),
+    /// The world file itself can't be read.
+    #[error("can't read {}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: std::io::Error,
+    },
     /// An element contradicts itself or the rest of the world.
     #[error("{element}: {problem}")]
     Element {
@@ -70,6 +78,6 @@ pub enum WorldError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        reason: super::map::MapError,
+        reason: Box<super::map::MapError>,
     },
 }

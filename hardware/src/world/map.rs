@@ -31,7 +31,7 @@ pub use header::{Header, Mode};
 use super::{plan::FloorPlan, region::Ring};
 
 /// Longest side of a picture, pixels.
-const MOST_PIXELS: u32 = 16_384;
+const MOST_PIXELS: u32 = 8_192;
 
 /// What a cell is that nobody has looked into.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

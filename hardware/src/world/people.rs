@@ -40,7 +40,7 @@ pub struct People {
 }
 
 impl People {
-    /// The people of a world at the start of a run. Each draws random numbers from a stream of its own, `("world", "person
+    /// The people of a [`World`](super::World) at the start of a run. Each draws random numbers from a stream of its own, `("world", "person
     /// <number>")`.
     #[must_use]
     pub fn new(people: &[Person], streams: &Streams) -> Self {
@@ -123,6 +123,9 @@ impl Walker {
             pausing: 0.0,
             waiting: 0.0,
         };
+        if walker.path.is_empty() {
+            walker.path.push(Point2::origin());
+        }
         walker.to = walker.after(0);
         walker.start_at(person.start);
         walker.draw_speed();
@@ -205,7 +208,10 @@ impl Walker {
             return;
         }
         let mut left = dt;
-        while left > 0.0 {
+        // A step has no more legs than this; worlds refuse paths whose waypoints coincide, other callers might not.
+        let mut legs = 10_000;
+        while left > 0.0 && legs > 0 {
+            legs -= 1;
             if self.pausing > 0.0 {
                 let pause = self.pausing.min(left);
                 self.pausing -= pause;

@@ -15,6 +15,8 @@ use super::{
 const OVERLAP: f64 = 1e-5;
 /// A door written this far off its wall still belongs to it, m.
 const OFF_WALL: f64 = 0.5;
+/// Sides and legs shorter than this are refused, m.
+pub(super) const SHORTEST: f64 = 1e-3;
 /// Free space behind a room's door must begin within this distance, m.
 pub(super) const THICKEST: f64 = 1.5;
 
@@ -50,8 +52,10 @@ pub(super) fn stroke(along: &[Xy], closed: bool, width: f64) -> Vec<Ring> {
 fn legs(along: &[Xy], closed: bool) -> Vec<(Point2<f64>, Point2<f64>)> {
     let points: Vec<Point2<f64>> = along.iter().map(|xy| xy.point()).collect();
     let mut legs: Vec<_> = points.windows(2).map(|w| (w[0], w[1])).collect();
-    if closed && points.first() != points.last() && points.len() > 2 {
-        legs.extend(points.last().copied().zip(points.first().copied()));
+    if let (true, Some(last), Some(first)) = (closed && points.len() > 2, points.last(), points.first())
+        && (first - last).norm() > SHORTEST
+    {
+        legs.push((*last, *first));
     }
     legs
 }
@@ -72,7 +76,7 @@ pub(super) fn closed_outline(on: &Element, corners: &[Xy]) -> Result<Ring, World
         ring.pop();
     }
     let sides: Vec<_> = ring.iter().copied().zip(ring.iter().copied().cycle().skip(1)).collect();
-    if let Some(i) = sides.iter().position(|(a, b)| (b - a).norm() < 1e-3) {
+    if let Some(i) = sides.iter().position(|(a, b)| (b - a).norm() < SHORTEST) {
         return Err(on.refuse(format!("side {} of its outline has no length", i + 1)));
     }
     for (i, &(a, b)) in sides.iter().enumerate() {

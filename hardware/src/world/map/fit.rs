@@ -9,6 +9,10 @@ const CORNER_SLACK: f64 = 0.75;
 /// Sides that meet at a smaller angle than this have no reliable crossing, as the sine.
 const NEARLY_PARALLEL: f64 = 0.1;
 
+/// Borders of no more unit edges than this (a block of 2 × 2 cells) are kept as they are: nothing in them is a line.
+const TINY: usize = 8;
+/// How many sides may be merged into one at a time.
+const LOOK_AHEAD: usize = 24;
 /// Sides of fewer unit edges are judged by their chord alone.
 const LONG: usize = 8;
 
@@ -21,6 +25,7 @@ struct Line {
 
 /// The ring of straight sides that follows a border within `tolerance` cells; see [`Grid::rings`](super::Grid::rings).
 pub(super) fn straighten(border: &[Corner], tolerance: f64) -> Ring {
+    let tolerance = if border.len() <= TINY { 0.0 } else { tolerance };
     let breaks = merge(border, break_points(border, tolerance), tolerance);
     let n = breaks.len();
     let lines: Vec<Line> = (0..n).map(|i| fit(border, breaks[i], breaks[(i + 1) % n])).collect();
@@ -65,19 +70,29 @@ fn break_points(border: &[Corner], tolerance: f64) -> Vec<usize> {
     (0..n).filter(|i| cut[*i]).collect()
 }
 
-/// Takes out cuts between two sides that are straight as one: recursion cuts at the worst place, not at the best.
+/// Takes out cuts between sides that are straight as one: recursion cuts at the worst place, not at the best, and can leave a
+/// ragged wall in many short pieces of which no two, but all together are straight. From each cut the longest straight side
+/// wins that ends at one of the next [`LOOK_AHEAD`] cuts.
 fn merge(border: &[Corner], mut breaks: Vec<usize>, tolerance: f64) -> Vec<usize> {
     let mut i = 0;
     let mut kept = 0;
     while breaks.len() > 2 && kept < breaks.len() {
         let n = breaks.len();
         i %= n;
-        if is_straight(border, breaks[(i + n - 1) % n], breaks[(i + 1) % n], tolerance) {
-            breaks.remove(i);
-            kept = 0;
-        } else {
-            kept += 1;
-            i += 1;
+        let straight = |ahead: &usize| is_straight(border, breaks[i], breaks[(i + ahead) % n], tolerance);
+        // At least two sides must remain, and the far end of the new one is not to be taken out.
+        match (2..=LOOK_AHEAD.min(n - 1)).rev().find(straight) {
+            Some(ahead) => {
+                let start = breaks[i];
+                let inner: Vec<usize> = (1..ahead).map(|k| breaks[(i + k) % n]).collect();
+                breaks.retain(|cut| !inner.contains(cut));
+                i = breaks.iter().position(|cut| *cut == start).unwrap_or(0);
+                kept = 0;
+            }
+            None => {
+                kept += 1;
+                i += 1;
+            }
         }
     }
     breaks
