@@ -31,12 +31,23 @@ fn brute_nearest(outline: &Outline, p: Point2<f64>) -> f64 {
 
 proptest! {
     #[test]
-    fn nearest_agrees_with_a_plain_loop(outline in outlines(), from in points(), reach in 0.0..30.0f64) {
-        let grid = Obstacles::new(&outline);
-        let expected = brute_nearest(&outline, from);
-        match grid.nearest(from, reach) {
-            Some(contact) => prop_assert!((contact.distance - expected).abs() < 1e-12),
-            None => prop_assert!(expected > reach),
+    fn nearest_agrees_with_a_plain_loop(
+        outline in outlines(), crumbs in proptest::collection::vec(points(), 0..300),
+        from in proptest::collection::vec(points(), 30), reach in 0.0..30.0f64
+    ) {
+        // Many short pieces, so that the nearest is often in a later ring of cells than the first that is found.
+        let crumbs: Vec<_> = crumbs.into_iter().map(|p| vec![p, p + Vector2::new(0.02, 0.01)]).collect();
+        let mut all = Outline::from_polylines(&crumbs);
+        all.segments.extend(&outline.segments);
+        all.pillars.extend(&outline.pillars);
+        all.bounds = all.bounds.union(&outline.bounds);
+        let grid = Obstacles::new(&all);
+        for from in from {
+            let expected = brute_nearest(&all, from);
+            match grid.nearest(from, reach) {
+                Some(contact) => prop_assert!((contact.distance - expected).abs() < 1e-12),
+                None => prop_assert!(expected > reach),
+            }
         }
     }
 
