@@ -1,4 +1,28 @@
-#![allow(missing_docs)]
+//! What robots do.
+//!
+//! One folder per behaviour, the pure algorithm beside the agent that runs it. Agents never import each other; what several
+//! of them need has a place of its own.
+//!
+//! | agent | kind | what it does |
+//! |---|---|---|
+//! | [`where_am_i`] | `where-am-i` | dead reckoning with covariance |
+//! | [`avoidance`] | `avoidance` | slows down for what comes near, steps aside for what keeps coming |
+//! | [`corridor_follower`] | `corridor-follower` | keeps to the middle of a corridor up to its next opening |
+//! | [`patrol`] | `patrol` | sends the follower on from place to place |
+//! | [`mapper`] | `mapper` | draws a certainty grid |
+//!
+//! Shared, and free of any agent: [`certainty_grid`].
+#![forbid(unsafe_code)]
 
+pub mod avoidance;
 pub mod certainty_grid;
+pub mod corridor_follower;
 pub mod mapper;
+pub mod patrol;
+pub mod where_am_i;
+
+pub use avoidance::Avoidance;
+pub use corridor_follower::CorridorFollower;
+pub use mapper::MapperAgent;
+pub use patrol::Patrol;
+pub use where_am_i::WhereAmI;

@@ -12,6 +12,7 @@
 //! The window follows the robot, or grows with the building ([`Extent`]). [`files`] writes the map for machines (PNG and
 //! `map_server` YAML) and [`picture`] draws it for people.
 
+mod agent;
 mod config;
 pub mod files;
 mod history;
@@ -19,6 +20,7 @@ pub mod picture;
 mod state;
 mod trail;
 
+pub use agent::MapperAgent;
 pub use config::{Config, Extent, TrailConfig};
 pub use history::PoseHistory;
 pub use state::{Mapper, Report, WindowChange};

@@ -1,5 +1,21 @@
-#![allow(missing_docs)]
-pub mod echo;
-pub mod rings;
+//! What robots are made of.
+//!
+//! | layer | modules |
+//! |---|---|
+//! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
+//! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
+//! | bases | [`base`]: kinematics, odometry, motions, protection |
+//! | sonars | [`rings`]: where transducers sit; [`echo`]: what they hear |
+//! | surroundings | [`world`]: walls, doors, people |
+#![forbid(unsafe_code)]
 
+pub mod base;
+pub mod drivers;
+pub mod driver;
+pub mod echo;
+pub mod fault;
+pub mod log;
+pub mod nodes;
+pub mod rings;
+pub mod sim;
 pub mod world;

@@ -47,7 +47,7 @@ pub use pilot::{Aborted, Pilot, PoseHandle, Strategy};
 pub use script::Script;
 pub use tracing::Level;
 pub(crate) use wiring::Tap;
-pub use wiring::{Port, Wiring};
+pub use wiring::{Need, Port, Wiring};
 
 use crate::{
     arbitration::Clients,
@@ -92,8 +92,10 @@ pub trait Agent: Behaviour + Sized {
     const HELP: &'static str;
     /// The phase in which it is stepped.
     const PHASE: Phase = Phase::Behave;
-    /// True if it may claim the base; such an agent needs a priority.
-    const CLAIMS_BASE: bool = true;
+    /// True if it may claim the base or the sonar.
+    const CLAIMS: bool = true;
+    /// Its priority unless the configuration says otherwise; larger wins.
+    const PRIORITY: u8 = 5;
     /// Its parameters. Every field's doc comment reaches the JSON schema.
     type Config: DeserializeOwned + JsonSchema + Send + Sync + Clone + 'static;
 

@@ -6,16 +6,17 @@
 //! |---|---|
 //! | common terms | [`geometry`], [`time`], [`random`], [`robot_model`], [`topics`] |
 //! | between actors | [`link`] carries topics, [`arbitration`] decides who has the base and the sonar |
-//! | one actor | [`agent`]: what a behaviour is; [`host`]: the actor that runs it |
+//! | one actor | [`agent`]: what a behaviour is; [`agents`]: the kinds that there are; [`host`]: the actor that runs one |
 //! | many actors | [`robot`] steps its nodes, [`fleet`] its robots, [`clock`] says when |
-//! | around them | [`recording`] keeps what happened |
+//! | around them | [`config`] says what there is, [`recording`] keeps what happened |
 #![deny(unsafe_code)]
 
 pub mod agent;
+pub mod agents;
 pub mod arbitration;
 pub mod clock;
-pub mod fleet;
 pub mod config;
+pub mod fleet;
 pub mod geometry;
 pub mod host;
 pub mod link;

@@ -46,6 +46,12 @@ pub struct Config {
     pub trail: TrailConfig,
     /// Whether and how the map fades as the robot moves.
     pub decay: DecayConfig,
+    /// Take every n-th scan only; a fast ring says the same many times.
+    #[schemars(range(min = 1, max = 1000))]
+    pub every: u32,
+    /// Seconds from one picture of the map in the recording to the next; 0 for none.
+    #[schemars(range(min = 0.0, max = 86_400.0))]
+    pub picture_period: f64,
 }
 
 /// What happens at the edge of the map.
@@ -112,6 +118,8 @@ impl Default for Config {
             mark_too_near: true,
             trail: TrailConfig::default(),
             decay: DecayConfig::default(),
+            every: 1,
+            picture_period: 60.0,
         }
     }
 }

@@ -131,15 +131,8 @@ pub fn save(grid: &Grid, stem: &Path, mode: Mode) -> Result<MapFiles, MapFileErr
         PathBuf::from(name)
     };
     let (image_path, yaml_path) = (with(".png"), with(".yaml"));
-    let window = printed_window(grid);
-    let scale = GreyScale::of(grid);
-    let image: DynamicImage = match mode {
-        Mode::Trinary => trinary(grid, window).into(),
-        Mode::Scale => scale.image(grid, window).into(),
-    };
-    let summary = summarize(grid);
-    let name = image_path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let png = encode(&image, &image_path)?;
+    let name = stem.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let [(_, png), (_, yaml)] = encode_map(grid, &name, mode)?;
     let io_error = |path: &Path| {
         let path = path.to_owned();
         move |source| MapFileError::Io { path, source }
@@ -149,8 +142,33 @@ pub fn save(grid: &Grid, stem: &Path, mode: Mode) -> Result<MapFiles, MapFileErr
         _ => {}
     }
     replace(&image_path, &png).map_err(io_error(&image_path))?;
-    replace(&yaml_path, yaml(&name, mode, &summary, &scale).as_bytes()).map_err(io_error(&yaml_path))?;
-    Ok(MapFiles { image: image_path, yaml: yaml_path, summary })
+    replace(&yaml_path, &yaml).map_err(io_error(&yaml_path))?;
+    Ok(MapFiles { image: image_path, yaml: yaml_path, summary: summarize(grid) })
+}
+
+/// The two files of a map, `name.png` and `name.yaml`, as they are to be written.
+///
+/// # Errors
+/// [`MapFileError::Image`] if the map can't be encoded.
+pub fn encode_map(grid: &Grid, name: &str, mode: Mode) -> Result<[(String, Vec<u8>); 2], MapFileError> {
+    let window = printed_window(grid);
+    let scale = GreyScale::of(grid);
+    let image: DynamicImage = match mode {
+        Mode::Trinary => trinary(grid, window).into(),
+        Mode::Scale => scale.image(grid, window).into(),
+    };
+    let image_name = format!("{name}.png");
+    let png = encode(&image, Path::new(&image_name))?;
+    let yaml = yaml(&image_name, mode, &summarize(grid), &scale);
+    Ok([(image_name, png), (format!("{name}.yaml"), yaml.into_bytes())])
+}
+
+/// A picture as PNG.
+///
+/// # Errors
+/// [`MapFileError::Image`] if it can't be encoded.
+pub fn encode_png(image: &DynamicImage) -> Result<Vec<u8>, MapFileError> {
+    encode(image, Path::new("picture.png"))
 }
 
 pub(super) fn encode(image: &DynamicImage, path: &Path) -> Result<Vec<u8>, MapFileError> {

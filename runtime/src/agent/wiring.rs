@@ -15,6 +15,15 @@ pub struct Wiring {
     writes: Vec<Port>,
 }
 
+/// Whether a node can do without a topic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Somebody on the robot has to write it.
+    Required,
+    /// It is read if somebody writes it.
+    Optional,
+}
+
 /// One declared topic. Knows how to make the ports of its payload type.
 #[derive(Debug, Clone, Copy)]
 pub struct Port {
@@ -22,16 +31,19 @@ pub struct Port {
     pub topic: &'static str,
     /// True if many nodes may write it.
     pub many_writers: bool,
+    /// Whether a reader can do without it.
+    pub need: Need,
     pub(super) reader: fn(Option<&RobotBus>) -> Result<Box<dyn ReadPort>, LinkError>,
     pub(super) writer: fn(Option<&RobotBus>) -> Result<Box<dyn WritePort>, LinkError>,
     pub(crate) tap: fn(&RobotBus) -> Result<Box<dyn Tap>, LinkError>,
 }
 
 impl Port {
-    fn of<P: Payload>() -> Self {
+    fn of<P: Payload>(need: Need) -> Self {
         Self {
             topic: P::TOPIC,
             many_writers: P::MANY_WRITERS,
+            need,
             reader: |bus| Ok(Box::new(ReadSlot::<P>::new(bus.map(RobotBus::subscriber).transpose()?))),
             writer: |bus| Ok(Box::new(WriteSlot::<P>::new(bus.map(RobotBus::publisher).transpose()?))),
             tap: |bus| Ok(Box::new(bus.subscriber::<P>()?)),
@@ -40,15 +52,21 @@ impl Port {
 }
 
 impl Wiring {
-    /// Declares that the node reads the topic of `P`.
+    /// Declares that the node reads the topic of `P` and can't do without it.
     pub fn reads<P: Payload>(&mut self) -> &mut Self {
-        Self::add(&mut self.reads, Port::of::<P>());
+        Self::add(&mut self.reads, Port::of::<P>(Need::Required));
+        self
+    }
+
+    /// Declares that the node reads the topic of `P` if there is anybody who writes it.
+    pub fn reads_if_any<P: Payload>(&mut self) -> &mut Self {
+        Self::add(&mut self.reads, Port::of::<P>(Need::Optional));
         self
     }
 
     /// Declares that the node writes the topic of `P`.
     pub fn writes<P: Payload>(&mut self) -> &mut Self {
-        Self::add(&mut self.writes, Port::of::<P>());
+        Self::add(&mut self.writes, Port::of::<P>(Need::Required));
         self
     }
 

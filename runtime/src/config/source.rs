@@ -149,6 +149,13 @@ impl Sources {
     }
 
     /// The position at which a file starts in the common address space.
+    /// The beginning of a file, as a place to read further files from.
+    #[must_use]
+    pub fn start_of(&self, id: SourceId) -> Span {
+        let start = self.start(id);
+        start..start
+    }
+
     pub(super) fn start(&self, id: SourceId) -> usize {
         self.files.get(id.0).map_or(0, |source| source.start)
     }

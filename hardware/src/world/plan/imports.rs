@@ -31,6 +31,15 @@ pub struct RosMap {
     pub reflectance: f64,
 }
 
+impl RosMap {
+    /// A map with everything else as usual.
+    #[must_use]
+    pub fn of(file: impl Into<PathBuf>) -> Self {
+        let (min_speck, tolerance, reflectance) = (min_speck(), tolerance(), hard());
+        Self { file: file.into(), unknown: Unknown::default(), min_speck, tolerance, reflectance }
+    }
+}
+
 /// A picture with a scale: dark is solid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

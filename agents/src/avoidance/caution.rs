@@ -1,0 +1,39 @@
+use std::f64::consts::PI;
+
+use orienteer_runtime::geometry::{Twist, angle};
+
+use super::{AvoidanceConfig, Surroundings};
+
+/// How far to either side of the direction of travel something is in the way: 67.5°.
+const IN_THE_WAY: f64 = 3.0 * PI / 8.0 + 1e-6;
+
+/// The speed that avoidance allows while the robot moves with `twist`; `None` if it has no objection to any.
+///
+/// Three rules, the strictest holds, each for what lies within 67.5° of the direction of travel:
+///
+/// 1. at or below the stop clearance: 0;
+/// 2. within the slow zone, if it comes nearer by itself or contact is less than 2 s away: from the slow speed at the outer
+///    edge down to 0 at the inner one;
+/// 3. a threat that would reach the body within the halt time: 0.
+#[must_use]
+pub fn caution(config: &AvoidanceConfig, surroundings: &Surroundings, twist: Twist) -> Option<f64> {
+    let course = if twist.linear < -0.01 { PI } else { 0.0 };
+    let mut allowed: Option<f64> = None;
+    let mut cap = |speed: f64| allowed = Some(allowed.map_or(speed, |other: f64| other.min(speed)));
+    for near in surroundings.all() {
+        if angle::turn(course, near.bearing).abs() > IN_THE_WAY {
+            continue;
+        }
+        let nearing = near.approach > config.approach_speed && near.came >= config.approach_distance;
+        if near.clearance <= config.stop_clearance {
+            cap(0.0);
+        } else if near.clearance < config.slow_clearance && (nearing || near.clearance < 2.0 * near.closing) {
+            let share = (near.clearance - config.stop_clearance) / (config.slow_clearance - config.stop_clearance);
+            cap(config.slow_speed * share);
+        }
+        if nearing && near.clearance < config.halt_time * near.closing {
+            cap(0.0);
+        }
+    }
+    allowed
+}

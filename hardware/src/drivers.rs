@@ -1,0 +1,198 @@
+//! The drivers that a configuration may name, and how they are opened.
+//!
+//! A driver of your own implements [`BaseKind`] or [`SonarKind`] and is added to a set of [`Drivers`]; from then on a
+//! configuration can name it, `check` knows its keys, and `list` shows it.
+
+mod log;
+mod sim;
+
+use std::{any::Any, sync::Arc, time::Duration};
+
+use orienteer_runtime::{
+    config::{Problem, Problems, Section, Sources, Span, mission::DriverInfo, validate},
+    geometry::Pose,
+    random::Streams,
+};
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+
+use crate::{
+    base::{executor::ExecutorConfig, protection::ProtectionConfig},
+    driver::{BaseDriver, SonarDriver},
+    sim::Arena,
+};
+
+pub use log::{LogBaseConfig, LogSonarConfig};
+pub use sim::{SimBaseConfig, SimSonarConfig};
+
+/// What a driver may need to know of the mission and the robot for which it is opened.
+pub struct Site<'a> {
+    /// The robot's name.
+    pub robot: &'a str,
+    /// Where the robot starts, if the configuration says so.
+    pub start: Option<Pose>,
+    /// The simulated world, if the mission has one.
+    pub arena: Option<&'a Arc<Arena>>,
+    /// The control period.
+    pub period: Duration,
+    /// Source of random numbers.
+    pub streams: Streams,
+    /// The files of the mission; those read through this are carried by the recording.
+    pub sources: &'a mut Sources,
+    /// Where the configuration names the driver.
+    pub span: Span,
+    /// What drivers of one robot share, such as a log or a serial line: left by the base for the sonar.
+    pub shared: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Site<'_> {
+    /// A problem at the place where the configuration names the driver.
+    #[must_use]
+    pub fn problem(&self, message: impl Into<String>, hint: impl Into<String>) -> Problems {
+        Problem::new(self.sources, &self.span, message, hint).into()
+    }
+}
+
+/// A base that has been opened.
+pub struct OpenBase {
+    /// Its driver.
+    pub driver: Box<dyn BaseDriver>,
+    /// How relative motions are carried out.
+    pub motion: ExecutorConfig,
+    /// How it protects itself.
+    pub protection: ProtectionConfig,
+    /// Where the robot starts, map frame.
+    pub start: Pose,
+}
+
+/// A kind of base driver.
+pub trait BaseKind {
+    /// Its name in a configuration.
+    const NAME: &'static str;
+    /// One line of help.
+    const HELP: &'static str;
+    /// True if it needs a simulated world.
+    const NEEDS_WORLD: bool = false;
+    /// Its keys, beside `driver`.
+    type Config: DeserializeOwned + JsonSchema;
+
+    /// Opens the driver.
+    ///
+    /// # Errors
+    /// If it can't be opened, with the place in the configuration.
+    fn open(config: Self::Config, site: &mut Site<'_>) -> Result<OpenBase, Problems>;
+}
+
+/// A kind of sonar driver.
+pub trait SonarKind {
+    /// Its name in a configuration.
+    const NAME: &'static str;
+    /// One line of help.
+    const HELP: &'static str;
+    /// True if it needs a simulated world.
+    const NEEDS_WORLD: bool = false;
+    /// Its keys, beside `driver`.
+    type Config: DeserializeOwned + JsonSchema;
+
+    /// Opens the driver. The robot's base is open by then.
+    ///
+    /// # Errors
+    /// If it can't be opened, with the place in the configuration.
+    fn open(config: Self::Config, site: &mut Site<'_>) -> Result<Box<dyn SonarDriver>, Problems>;
+}
+
+type Open<T> = fn(&Section, &mut Site<'_>) -> Result<T, Problems>;
+
+/// One kind of driver of a device of type `T`.
+pub struct Kind<T> {
+    /// Its name in a configuration.
+    pub name: &'static str,
+    /// What the configuration has to know.
+    pub info: DriverInfo,
+    open: Open<T>,
+}
+
+impl<T> Kind<T> {
+    /// Opens the driver with these keys.
+    ///
+    /// # Errors
+    /// If the keys do not fit, or it can't be opened.
+    pub fn open(&self, keys: &Section, site: &mut Site<'_>) -> Result<T, Problems> {
+        (self.open)(keys, site)
+    }
+}
+
+/// A set of drivers, in the order in which people should see them.
+#[derive(Default)]
+pub struct Drivers {
+    bases: Vec<Kind<OpenBase>>,
+    sonars: Vec<Kind<Box<dyn SonarDriver>>>,
+}
+
+impl Drivers {
+    /// The drivers that come with Orienteer.
+    #[must_use]
+    pub fn standard() -> Self {
+        let mut drivers = Self::default();
+        drivers.add_base::<sim::SimBaseKind>().add_base::<log::LogBaseKind>();
+        drivers.add_sonar::<sim::SimSonarKind>().add_sonar::<log::LogSonarKind>();
+        drivers
+    }
+
+    /// Adds a base driver. One of the same name is replaced.
+    pub fn add_base<K: BaseKind>(&mut self) -> &mut Self {
+        let open: Open<OpenBase> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
+        put(&mut self.bases, Kind { name: K::NAME, info: info::<K::Config>(K::HELP, K::NEEDS_WORLD, BASE_TOPICS), open });
+        self
+    }
+
+    /// Adds a sonar driver. One of the same name is replaced.
+    pub fn add_sonar<K: SonarKind>(&mut self) -> &mut Self {
+        let open: Open<Box<dyn SonarDriver>> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
+        put(&mut self.sonars, Kind { name: K::NAME, info: info::<K::Config>(K::HELP, K::NEEDS_WORLD, SONAR_TOPICS), open });
+        self
+    }
+
+    /// The base driver of this name.
+    #[must_use]
+    pub fn base(&self, name: &str) -> Option<&Kind<OpenBase>> {
+        self.bases.iter().find(|kind| kind.name == name)
+    }
+
+    /// The sonar driver of this name.
+    #[must_use]
+    pub fn sonar(&self, name: &str) -> Option<&Kind<Box<dyn SonarDriver>>> {
+        self.sonars.iter().find(|kind| kind.name == name)
+    }
+
+    /// All base drivers.
+    #[must_use]
+    pub fn bases(&self) -> &[Kind<OpenBase>] {
+        &self.bases
+    }
+
+    /// All sonar drivers.
+    #[must_use]
+    pub fn sonars(&self) -> &[Kind<Box<dyn SonarDriver>>] {
+        &self.sonars
+    }
+}
+
+const BASE_TOPICS: &[&str] = &["base/odometry", "base/motion", "truth"];
+const SONAR_TOPICS: &[&str] = &["sonar/scan"];
+
+fn info<C: JsonSchema>(help: &str, needs_world: bool, writes: &[&str]) -> DriverInfo {
+    DriverInfo {
+        schema: validate::schema_of::<C>(),
+        help: help.to_owned(),
+        writes: writes.iter().map(ToString::to_string).collect(),
+        needs_world,
+    }
+}
+
+fn put<T>(kinds: &mut Vec<Kind<T>>, kind: Kind<T>) {
+    match kinds.iter_mut().find(|other| other.name == kind.name) {
+        Some(other) => *other = kind,
+        None => kinds.push(kind),
+    }
+}

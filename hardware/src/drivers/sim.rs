@@ -1,0 +1,125 @@
+use orienteer_runtime::config::Problems;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BaseKind, OpenBase, Site, SonarKind};
+use crate::{
+    base::{executor::ExecutorConfig, kinematics::BaseConfig, odometry::OdometryConfig, presets, protection::ProtectionConfig},
+    driver::SonarDriver,
+    echo::SonarModel,
+    fault::{FaultConfig, FaultInjector},
+    rings::{self, RingConfig},
+    sim::{SimBase, SimBodyConfig, SimSonar},
+};
+
+/// A simulated base.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimBaseConfig {
+    /// The kind of base.
+    #[schemars(extend("x-names" = "platform"))]
+    pub platform: String,
+    /// A base of your own, instead of a platform with a name.
+    pub custom: Option<BaseConfig>,
+    /// How its odometry errs.
+    pub odometry: OdometryConfig,
+    /// How relative motions are carried out.
+    pub motion: ExecutorConfig,
+    /// How it protects itself.
+    pub protection: ProtectionConfig,
+    /// Faults to inject, for experiments.
+    pub faults: FaultConfig,
+}
+
+impl Default for SimBaseConfig {
+    fn default() -> Self {
+        Self {
+            platform: "b12-huey".to_owned(),
+            custom: None,
+            odometry: OdometryConfig::default(),
+            motion: ExecutorConfig::default(),
+            protection: ProtectionConfig::default(),
+            faults: FaultConfig::default(),
+        }
+    }
+}
+
+pub(super) struct SimBaseKind;
+
+impl BaseKind for SimBaseKind {
+    const NAME: &'static str = "sim";
+    const HELP: &'static str = "a simulated base in the mission's world";
+    const NEEDS_WORLD: bool = true;
+    type Config = SimBaseConfig;
+
+    fn open(config: SimBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        let Some(arena) = site.arena else {
+            return Err(site.problem("a simulated base needs a world", "add `[world]` with `file = \"worlds/….toml\"`"));
+        };
+        let Some(base) = config.custom.or_else(|| presets::by_name(&config.platform)) else {
+            let hint = "`orienteer list platforms` shows those that there are";
+            return Err(site.problem(format!("there is no platform `{}`", config.platform), hint));
+        };
+        let platform = base.platform();
+        let start = site.start.unwrap_or_default();
+        let body = arena
+            .add(site.robot, start, SimBodyConfig { base, odometry: config.odometry })
+            .map_err(|error| site.problem(error.to_string(), "choose another `start`; `[[place]]`s of the world have names"))?;
+        let driver = FaultInjector::new(SimBase::new(body, platform), config.faults, site.streams.stream(site.robot, "base faults"));
+        Ok(OpenBase { driver: Box::new(driver), motion: config.motion, protection: config.protection, start })
+    }
+}
+
+/// A simulated sonar ring.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SimSonarConfig {
+    /// The ring.
+    #[schemars(extend("x-names" = "ring"))]
+    pub ring: String,
+    /// A ring of your own, instead of one with a name.
+    pub custom: Option<RingConfig>,
+    /// How it hears; without it, as the ring of that name does.
+    pub model: Option<SonarModel>,
+    /// Faults to inject, for experiments.
+    pub faults: FaultConfig,
+}
+
+impl Default for SimSonarConfig {
+    fn default() -> Self {
+        Self { ring: "denning-16".to_owned(), custom: None, model: None, faults: FaultConfig::default() }
+    }
+}
+
+pub(super) struct SimSonarKind;
+
+impl SonarKind for SimSonarKind {
+    const NAME: &'static str = "sim";
+    const HELP: &'static str = "a simulated ring of transducers on a simulated base";
+    const NEEDS_WORLD: bool = true;
+    type Config = SimSonarConfig;
+
+    fn open(config: SimSonarConfig, site: &mut Site<'_>) -> Result<Box<dyn SonarDriver>, Problems> {
+        let body = site.arena.and_then(|arena| Some((arena.clone(), arena.find(site.robot)?)));
+        let Some((arena, body)) = body else {
+            return Err(site.problem("a simulated sonar needs a simulated base", "set the base's `driver = \"sim\"` as well"));
+        };
+        let (ring, model) = match &config.custom {
+            Some(custom) => {
+                let ring = custom.ring("custom").map_err(|error| site.problem(error.to_string(), "correct the ring's table"))?;
+                (ring, config.model.unwrap_or_default())
+            }
+            None => match rings::find(&config.ring) {
+                Some(named) => (named.ring, config.model.unwrap_or(named.model)),
+                None => {
+                    let hint = "`orienteer list rings` shows those that there are";
+                    return Err(site.problem(format!("there is no ring `{}`", config.ring), hint));
+                }
+            },
+        };
+        let sonar = SimSonar::new(arena, site.robot, body, ring, &model)
+            .map_err(|error| site.problem(error.to_string(), "correct the ring or its model"))?;
+        Ok(Box::new(FaultInjector::new(sonar, config.faults, site.streams.stream(site.robot, "sonar faults"))))
+    }
+}
+

@@ -1,0 +1,106 @@
+use orienteer_runtime::{
+    agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
+    robot_model::Ring,
+    time::Time,
+    topics::{FiringProgram, SonarDecision, SonarScan},
+};
+
+use crate::driver::{DriverError, SonarDriver};
+
+/// Stands in for the sonar of a robot that has none.
+pub struct NoSonar {
+    ring: Ring,
+}
+
+impl Default for NoSonar {
+    fn default() -> Self {
+        let ring = Ring {
+            name: "none".to_owned(),
+            transducers: Vec::new(),
+            min_range: 0.0,
+            max_range: 0.0,
+            slot_time: 1.0,
+            program: FiringProgram::default(),
+        };
+        Self { ring }
+    }
+}
+
+impl SonarDriver for NoSonar {
+    fn ring(&self) -> &Ring {
+        &self.ring
+    }
+
+    fn set_program(&mut self, _now: Time, _program: &FiringProgram) {}
+
+    fn poll(&mut self, _now: Time, _scans: &mut Vec<SonarScan>) -> Result<(), DriverError> {
+        Ok(())
+    }
+}
+
+/// The sonar: publishes scans, and fires as arbitration has decided.
+pub struct SonarNode {
+    driver: Box<dyn SonarDriver>,
+    program: FiringProgram,
+    scans: Vec<SonarScan>,
+    count: u64,
+    failing: bool,
+}
+
+impl SonarNode {
+    /// A node over this driver.
+    #[must_use]
+    pub fn new(driver: Box<dyn SonarDriver>) -> Self {
+        Self { driver, program: FiringProgram::default(), scans: Vec::with_capacity(16), count: 0, failing: false }
+    }
+
+    /// The topics that it reads and writes.
+    #[must_use]
+    pub fn wiring() -> Wiring {
+        let mut wiring = Wiring::default();
+        wiring.reads::<SonarDecision>().writes::<SonarScan>();
+        wiring
+    }
+
+    fn obey(&mut self, now: Time, inputs: &Inputs) {
+        if let Some(decision) = inputs.fresh::<SonarDecision>().filter(|decision| decision.program != self.program) {
+            self.driver.set_program(now, &decision.program);
+            self.program = decision.program;
+        }
+    }
+
+    /// Tells of a failure once, and once when it is over.
+    fn report(&mut self, result: Result<(), DriverError>, out: &mut Outputs) {
+        match result {
+            Ok(()) if self.failing => {
+                self.failing = false;
+                out.log(Level::WARN, "the sonar is back");
+            }
+            Ok(()) => {}
+            // The base ends the mission; it plays the same log.
+            Err(DriverError::EndOfLog { .. }) => {}
+            Err(error) if !self.failing => {
+                self.failing = true;
+                out.log(Level::ERROR, format!("the sonar fails: {error}"));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+impl Behaviour for SonarNode {
+    fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
+        self.scans.clear();
+        self.obey(now, inputs);
+        let result = self.driver.poll(now, &mut self.scans);
+        for scan in &self.scans {
+            out.publish(*scan);
+        }
+        self.count += self.scans.len() as u64;
+        self.report(result, out);
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        last_words.fact("scans", self.count as f64);
+    }
+}

@@ -1,0 +1,216 @@
+use std::{
+    sync::{Arc, Weak},
+    time::Duration,
+};
+
+use orienteer_runtime::{
+    geometry::{Pose, Twist},
+    time::Time,
+    topics::{Odometry, Truth, flags},
+};
+use rand_pcg::Pcg64;
+
+use super::Arena;
+use crate::{
+    base::{kinematics::{BaseConfig, Kinematics}, odometry::{Odometer, OdometryConfig}},
+    world::{geometry::Disc, obstacles::sweep_disc},
+};
+
+/// What a simulated robot is made of.
+#[derive(Debug, Clone)]
+pub struct SimBodyConfig {
+    /// Its drive and body.
+    pub base: BaseConfig,
+    /// How its odometry errs.
+    pub odometry: OdometryConfig,
+}
+
+/// Length of one step of the physics.
+const SUBSTEP: Duration = Duration::from_millis(10);
+/// A robot that moves toward what it touches faster than this has driven into it, m/s.
+const PUSHING: f64 = 0.01;
+
+/// The body of a simulated robot: where it truly is, how it moves, and what it runs into.
+#[derive(Debug)]
+pub struct SimBody {
+    arena: Weak<Arena>,
+    /// Its place among the arena's bodies.
+    number: usize,
+    radius: f64,
+    kinematics: Kinematics,
+    odometer: Odometer,
+    random: Pcg64,
+    pose: Pose,
+    now: Time,
+    demand: Twist,
+    /// Poses at the ends of the substeps of the last advance, for whoever wants to know where it was in between.
+    trail: Vec<(Time, Pose)>,
+    odometry: Odometry,
+    touching: Touching,
+    collisions: u32,
+    bumped: u32,
+}
+
+/// What the body touches, and who is to blame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Touching {
+    Nothing,
+    /// The robot drove into it.
+    Hit,
+    /// It came to the robot.
+    Bumped,
+}
+
+impl SimBody {
+    pub(super) fn new(arena: &Arc<Arena>, number: usize, name: &str, start: Pose, config: SimBodyConfig) -> Self {
+        let odometer = Odometer::new(config.odometry);
+        Self {
+            arena: Arc::downgrade(arena),
+            number,
+            radius: config.base.radius,
+            kinematics: Kinematics::new(config.base),
+            odometry: *odometer.state(),
+            odometer,
+            random: arena.streams().stream(name, "odometry"),
+            pose: start,
+            now: Time::START,
+            demand: Twist::STOP,
+            trail: vec![(Time::START, start)],
+            touching: Touching::Nothing,
+            collisions: 0,
+            bumped: 0,
+        }
+    }
+
+    /// True pose, world frame.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// Radius of the body, m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Its place among the arena's bodies.
+    #[must_use]
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// Everything about it that only a simulation can know.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        Truth {
+            stamp: self.now,
+            pose: self.pose,
+            twist: self.kinematics.twist(),
+            collisions: self.collisions,
+            bumped: self.bumped,
+        }
+    }
+
+    /// What its encoders say.
+    #[must_use]
+    pub fn odometry(&self) -> Odometry {
+        let contact = if self.touching == Touching::Nothing { 0 } else { flags::CONTACT };
+        Odometry { stamp: self.now, flags: self.odometry.flags | contact, ..self.odometry }
+    }
+
+    /// What it shall do from now on.
+    pub fn set_demand(&mut self, demand: Twist) {
+        self.demand = demand;
+    }
+
+    /// Where it was at a time of the last advance.
+    #[must_use]
+    pub fn pose_at(&self, time: Time) -> Pose {
+        let after = self.trail.partition_point(|(stamp, _)| *stamp < time);
+        match (after.checked_sub(1).and_then(|i| self.trail.get(i)), self.trail.get(after)) {
+            (Some((from, start)), Some((to, end))) => {
+                let share = time.secs_since(*from) / to.secs_since(*from).max(1e-9);
+                start.interpolate(*end, share)
+            }
+            (None, Some((_, pose))) | (Some((_, pose)), None) => *pose,
+            (None, None) => self.pose,
+        }
+    }
+
+    /// When the last advance began.
+    #[must_use]
+    pub fn trail_start(&self) -> Time {
+        self.trail.first().map_or(self.now, |(stamp, _)| *stamp)
+    }
+
+    /// Moves on to `now`; does nothing if it is there already.
+    pub fn advance(&mut self, now: Time) {
+        if now <= self.now {
+            return;
+        }
+        let Some(arena) = self.arena.upgrade() else { return };
+        self.trail.clear();
+        self.trail.push((self.now, self.pose));
+        while self.now < now {
+            let next = now.min(self.now + SUBSTEP);
+            let seconds = next.secs_since(self.now);
+            self.now = next;
+            arena.with_bodies(|bodies| self.substep(&arena, bodies, seconds));
+            self.trail.push((self.now, self.pose));
+        }
+    }
+
+    fn substep(&mut self, arena: &Arena, bodies: &[Disc], seconds: f64) {
+        let travel = self.kinematics.step(self.pose, self.demand, seconds);
+        let by = travel.pose.point() - self.pose.point();
+        let own = Disc::new(self.pose.point(), self.radius);
+        let others = || bodies.iter().enumerate().filter(|(i, _)| *i != self.number).map(|(_, disc)| *disc);
+        let wall = arena.world().obstacles.sweep(own, by);
+        let body = others().filter(|other| near(own, *other, by.norm())).filter_map(|other| sweep_disc(own, by, other));
+        let impact = wall.into_iter().chain(body).min_by(|a, b| a.share.total_cmp(&b.share));
+        let (distance, turn) = match impact {
+            None => {
+                self.pose = travel.pose;
+                (travel.distance, travel.turn)
+            }
+            Some(impact) => {
+                // What was driven up to the touch counts; the body goes no farther.
+                let share = impact.share.clamp(0.0, 1.0);
+                self.pose = self.pose.along_arc(travel.distance * share, travel.turn * share);
+                (travel.distance * share, travel.turn * share)
+            }
+        };
+        let speed = self.kinematics.twist().linear.abs();
+        self.odometry = self.odometer.measure(self.now, distance, turn, seconds, &mut self.random);
+        let hit = impact.is_some() && speed > PUSHING;
+        let overlapped = others().any(|other| (other.center - self.pose.point()).norm() < other.radius + self.radius - 1e-6);
+        self.touch(hit, overlapped);
+        if impact.is_some() {
+            self.kinematics.halt();
+        }
+    }
+
+    /// Counts each touch once, until the body is free again.
+    fn touch(&mut self, hit: bool, overlapped: bool) {
+        match self.touching {
+            Touching::Nothing | Touching::Bumped if hit => {
+                // Pushing on against somebody who came to the robot is the robot's fault after all.
+                self.collisions += 1;
+                self.touching = Touching::Hit;
+            }
+            Touching::Nothing if overlapped => {
+                self.bumped += 1;
+                self.touching = Touching::Bumped;
+            }
+            Touching::Hit | Touching::Bumped if !hit && !overlapped => self.touching = Touching::Nothing,
+            _ => {}
+        }
+    }
+}
+
+/// True if two discs are so close that a move of this length could join them.
+fn near(own: Disc, other: Disc, length: f64) -> bool {
+    (own.center - other.center).norm() <= own.radius + other.radius + length + 1e-6
+}
+

@@ -1,0 +1,96 @@
+use std::sync::{Arc, Mutex};
+
+use orienteer_runtime::{
+    geometry::Twist,
+    robot_model::{Platform, Ring},
+    time::Time,
+    topics::{FiringProgram, Odometry, SonarScan, Truth},
+};
+use rand_pcg::Pcg64;
+
+use super::{Arena, SimBody, arena::lock};
+use crate::{
+    driver::{BaseDriver, DriverError, SonarDriver},
+    echo::{self, Pinger, PingerError, SonarModel},
+};
+
+/// Drives a simulated body.
+#[derive(Debug)]
+pub struct SimBase {
+    body: Arc<Mutex<SimBody>>,
+    platform: Platform,
+}
+
+impl SimBase {
+    /// A driver of this body, which is described as `platform`.
+    #[must_use]
+    pub fn new(body: Arc<Mutex<SimBody>>, platform: Platform) -> Self {
+        Self { body, platform }
+    }
+}
+
+impl BaseDriver for SimBase {
+    fn platform(&self) -> &Platform {
+        &self.platform
+    }
+
+    fn command(&mut self, _now: Time, twist: Twist) -> Result<(), DriverError> {
+        lock(&self.body).set_demand(twist);
+        Ok(())
+    }
+
+    fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        let mut body = lock(&self.body);
+        body.advance(now);
+        Ok(body.odometry())
+    }
+
+    fn truth(&self) -> Option<Truth> {
+        Some(lock(&self.body).truth())
+    }
+
+    fn stop(&mut self) {
+        lock(&self.body).set_demand(Twist::STOP);
+    }
+}
+
+/// Listens from a simulated body.
+#[derive(Debug)]
+pub struct SimSonar {
+    arena: Arc<Arena>,
+    body: Arc<Mutex<SimBody>>,
+    pinger: Pinger,
+    random: Pcg64,
+    heard: Vec<echo::Disc>,
+}
+
+impl SimSonar {
+    /// The ring of this body, with a model of how it hears.
+    ///
+    /// # Errors
+    /// If ring or model make no sense.
+    pub fn new(arena: Arc<Arena>, name: &str, body: Arc<Mutex<SimBody>>, ring: Ring, model: &SonarModel) -> Result<Self, PingerError> {
+        let random = arena.streams().stream(name, "sonar");
+        Ok(Self { arena, body, pinger: Pinger::new(ring, model, Time::START)?, random, heard: Vec::new() })
+    }
+}
+
+impl SonarDriver for SimSonar {
+    fn ring(&self) -> &Ring {
+        self.pinger.ring()
+    }
+
+    fn set_program(&mut self, _now: Time, program: &FiringProgram) {
+        self.pinger.set_program(program);
+    }
+
+    fn poll(&mut self, now: Time, scans: &mut Vec<SonarScan>) -> Result<(), DriverError> {
+        let mut body = lock(&self.body);
+        body.advance(now);
+        let reach = self.pinger.ring().max_range + body.radius();
+        self.arena.audible(body.number(), body.pose().point(), reach, &mut self.heard);
+        let (from, pose_at) = (body.trail_start(), |time| body.pose_at(time));
+        self.pinger.poll(from, now, pose_at, self.arena.walls(), &self.heard, &mut self.random, scans);
+        Ok(())
+    }
+}

@@ -1,0 +1,337 @@
+use std::{
+    cell::RefCell,
+    io,
+    path::Path,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use orienteer_hardware::{
+    driver::SonarDriver,
+    drivers::{OpenBase, Site},
+    nodes::{BaseNode, Guarded, NoSonar, SonarNode},
+    sim::{Arena, ArenaClock},
+    world::{World, plan::WorldPlan},
+};
+use orienteer_runtime::{
+    agent::{Behaviour, BuildError, Phase, RobotContext},
+    arbitration::{Arbitration, Client, Clients, sonar::{SafetyFloor, SonarArbiter}},
+    config::{
+        Problem, Problems, Section, Sources,
+        mission::{ClockKind, LinkKind, MissionKeys, RecordKeys, RobotConfig, StartAt, WorldConfig, WorldKind},
+        validate,
+    },
+    fleet::{Environment, Still},
+    geometry::Pose,
+    host::{Factory, NodePlan},
+    link::{Backend, Bus, BusOptions},
+    random::Streams,
+    recording::{RobotInfo, Source, Track},
+    robot::RobotPlan,
+    robot_model::Ring,
+    topics::ClientId,
+};
+
+use super::{Loaded, RunError};
+use crate::Registry;
+
+/// A fleet that is ready to run.
+pub struct Composed {
+    /// `[mission]`.
+    pub settings: MissionKeys,
+    /// `[record]`.
+    pub record: RecordKeys,
+    /// The robots.
+    pub robots: Vec<RobotPlan>,
+    /// The simulated world, if there is one.
+    pub arena: Option<Arc<Arena>>,
+    /// The control period.
+    pub period: Duration,
+    /// All files that the configuration was read from, the mission's own first.
+    pub recorded_sources: Vec<Source>,
+}
+
+impl Composed {
+    /// What moves by itself around the robots.
+    #[must_use]
+    pub fn environment(&self) -> Box<dyn Environment> {
+        match &self.arena {
+            Some(arena) => Box::new(ArenaClock::new(arena.clone())),
+            None => Box::new(Still),
+        }
+    }
+
+    /// Names of robots and their nodes, as the recording keeps them.
+    #[must_use]
+    pub fn robot_infos(&self) -> Vec<RobotInfo> {
+        let info = |robot: &RobotPlan| RobotInfo::new(&robot.name, robot.nodes.iter().map(|node| node.context.node.to_string()));
+        self.robots.iter().map(info).collect()
+    }
+}
+
+/// Opens world and drivers and plans the fleet.
+///
+/// # Errors
+/// If something in the configuration does not work out, or links can't be made.
+pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Composed, RunError> {
+    let Loaded { mission, mut sources, file } = loaded;
+    let streams = Streams::new(seed);
+    let period = Duration::from_secs_f64(1.0 / mission.settings.control_rate_hz);
+    let arena = match &mission.world {
+        Some(world) => Some(open_world(world, &mut sources, streams)?),
+        None => None,
+    };
+    let bus = Bus::open(backend(mission.settings.links), &BusOptions::default())?;
+    let wall = mission.settings.clock == ClockKind::Wall;
+    let mut robots = Vec::new();
+    for (number, config) in mission.robots.iter().enumerate() {
+        let builder = RobotBuilder { registry, config, number, arena: arena.as_ref(), streams, period, wall, bus: &bus };
+        robots.push(builder.build(&mut sources)?);
+    }
+    let main = sources.name(file).to_owned();
+    let mut files: Vec<Source> =
+        sources.files().into_iter().map(|(name, bytes)| Source { name: name.to_owned(), bytes: bytes.to_vec() }).collect();
+    files.sort_by_key(|source| source.name != main);
+    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, recorded_sources: files })
+}
+
+fn backend(links: LinkKind) -> Backend {
+    match links {
+        LinkKind::Shared => Backend::Shared,
+        LinkKind::Local => Backend::Local,
+        LinkKind::Direct => Backend::Direct,
+    }
+}
+
+fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {
+    let plan: WorldPlan = match config.kind {
+        WorldKind::File => {
+            let section = Section::parse(sources, config.source)?;
+            validate::read(&section, sources)?
+        }
+        WorldKind::Map => map_world(config),
+    };
+    let at = match config.kind {
+        WorldKind::File => sources.start_of(config.source),
+        WorldKind::Map => config.span.clone(),
+    };
+    let shared = RefCell::new(sources);
+    let read = |path: &Path| -> io::Result<Vec<u8>> {
+        let mut sources = shared.borrow_mut();
+        let source = sources.read_for(&path.to_string_lossy(), &at).map_err(|problem| io::Error::other(problem.to_string()))?;
+        Ok(sources.bytes(source).to_vec())
+    };
+    let world = World::from_plan(&plan, &read);
+    let sources = shared.into_inner();
+    let refuse = |message: String| Problem::new(sources, &config.span, message, "correct the world's file; `[[place]]`s must be free");
+    let world = world.map_err(|error| refuse(format!("the world does not work out: {error}")))?;
+    Ok(Arena::new(world, streams).map_err(|error| refuse(error.to_string()))?)
+}
+
+/// A world that is nothing but a map.
+fn map_world(config: &WorldConfig) -> WorldPlan {
+    WorldPlan {
+        name: config.path.clone(),
+        map: Some(orienteer_hardware::world::plan::RosMap::of(&config.path)),
+        ..WorldPlan::default()
+    }
+}
+
+struct RobotBuilder<'a> {
+    registry: &'a Registry,
+    config: &'a RobotConfig,
+    number: usize,
+    arena: Option<&'a Arc<Arena>>,
+    streams: Streams,
+    period: Duration,
+    wall: bool,
+    bus: &'a Bus,
+}
+
+/// Nodes that every robot has come before its agents, arbitration comes after them.
+const BASE: u16 = 0;
+const SONAR: u16 = 1;
+const FIRST_AGENT: u16 = 2;
+
+impl RobotBuilder<'_> {
+    fn build(&self, sources: &mut Sources) -> Result<RobotPlan, RunError> {
+        let (base, sonar) = self.open_devices(sources)?;
+        let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
+        let ring = sonar.ring().clone();
+        let context = self.context(&base, &ring);
+        let mut nodes = vec![self.base_node(&context, base, &ring, sources)?];
+        nodes.push(self.sonar_node(&context, sonar));
+        for (i, agent) in self.config.agents.iter().enumerate() {
+            let client = ClientId(FIRST_AGENT + i as u16);
+            nodes.push(self.agent_node(&context, client, agent, sources)?);
+        }
+        nodes.push(self.arbitration_node(&context, nodes.len() as u16));
+        let name: Arc<str> = Arc::from(self.config.name.as_str());
+        let track = Track::new(self.number, &name, (!ring.transducers.is_empty()).then_some(&ring));
+        Ok(RobotPlan { bus: self.bus.robot(&name)?, track, nodes, name })
+    }
+
+    fn open_devices(&self, sources: &mut Sources) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>), Problems> {
+        let start = self.start(sources)?;
+        let mut site = Site {
+            robot: &self.config.name,
+            start,
+            arena: self.arena,
+            period: self.period,
+            streams: self.streams,
+            span: self.config.base.span.clone(),
+            sources,
+            shared: None,
+        };
+        let drivers = self.registry.drivers();
+        let unknown = |site: &Site<'_>, name: &str| site.problem(format!("there is no driver `{name}`"), "see `orienteer list drivers`");
+        let base = match drivers.base(&self.config.base.name) {
+            Some(kind) => kind.open(&self.config.base.section, &mut site)?,
+            None => return Err(unknown(&site, &self.config.base.name)),
+        };
+        let Some(sonar) = &self.config.sonar else { return Ok((base, None)) };
+        site.span = sonar.span.clone();
+        let sonar = match drivers.sonar(&sonar.name) {
+            Some(kind) => kind.open(&sonar.section, &mut site)?,
+            None => return Err(unknown(&site, &sonar.name)),
+        };
+        Ok((base, Some(sonar)))
+    }
+
+    fn start(&self, sources: &Sources) -> Result<Option<Pose>, Problems> {
+        let Some(start) = &self.config.start else { return Ok(None) };
+        let pose = match &start.at {
+            StartAt::Pose(pose) => *pose,
+            StartAt::Place { name, heading } => {
+                let place = self.arena.and_then(|arena| arena.world().place(name));
+                let Some(place) = place else {
+                    let places = self.arena.map(|arena| arena.world().places.iter().map(|place| place.name.as_str()));
+                    let known = places.map(|names| names.collect::<Vec<_>>().join(", ")).unwrap_or_default();
+                    let hint = if known.is_empty() { "the world names no places".to_owned() } else { format!("there are: {known}") };
+                    return Err(Problem::new(sources, &start.span, format!("there is no place `{name}` in the world"), hint).into());
+                };
+                Pose { heading: heading.unwrap_or(place.heading), ..place }
+            }
+        };
+        Ok(Some(Pose::new(pose.x + start.offset.0, pose.y + start.offset.1, pose.heading)))
+    }
+
+    fn context(&self, base: &OpenBase, ring: &Ring) -> RobotContext {
+        let device = |name: &str| Client { name: name.to_owned(), priority: 0 };
+        let mut clients = vec![device("base"), device("sonar")];
+        clients.extend(self.config.agents.iter().map(|agent| Client { name: agent.name.clone(), priority: agent.priority }));
+        clients.push(device("arbitration"));
+        RobotContext {
+            robot: Arc::from(self.config.name.as_str()),
+            node: Arc::from(""),
+            client: ClientId::NONE,
+            clients: Arc::new(Clients::new(clients)),
+            platform: Arc::new(base.driver.platform().clone()),
+            ring: Arc::new(ring.clone()),
+            start: base.start,
+            period: self.period,
+            streams: self.streams,
+        }
+    }
+
+    /// The context of one node.
+    fn of_node(&self, context: &RobotContext, client: u16) -> RobotContext {
+        let client = ClientId(client);
+        let name = context.clients.get(client).map_or("", |client| client.name.as_str());
+        RobotContext { node: Arc::from(name), client, ..context.clone() }
+    }
+
+    fn base_node(&self, context: &RobotContext, base: OpenBase, ring: &Ring, sources: &Sources) -> Result<NodePlan, Problems> {
+        let OpenBase { driver, motion, protection, .. } = base;
+        let node = if self.wall {
+            let refuse = |error: orienteer_hardware::driver::DriverError| {
+                Problem::new(sources, &self.config.base.span, error.to_string(), "too many threads may be running on this machine")
+            };
+            let guarded = Guarded::new(driver, &self.config.name, self.period).map_err(refuse)?;
+            let guard = guarded.guard();
+            BaseNode::new(Box::new(guarded), ring, motion, protection, self.period).guarded_by(guard)
+        } else {
+            BaseNode::new(driver, ring, motion, protection, self.period)
+        };
+        Ok(NodePlan {
+            context: self.of_node(context, BASE),
+            phases: vec![Phase::Sense, Phase::Act],
+            wiring: BaseNode::wiring(),
+            claims: false,
+            deadline: self.period,
+            factory: once(node),
+        })
+    }
+
+    fn sonar_node(&self, context: &RobotContext, sonar: Box<dyn SonarDriver>) -> NodePlan {
+        NodePlan {
+            context: self.of_node(context, SONAR),
+            phases: vec![Phase::Sense],
+            wiring: SonarNode::wiring(),
+            claims: false,
+            deadline: self.period,
+            factory: once(SonarNode::new(sonar)),
+        }
+    }
+
+    fn agent_node(
+        &self,
+        context: &RobotContext,
+        client: ClientId,
+        agent: &orienteer_runtime::config::mission::AgentConfig,
+        sources: &Sources,
+    ) -> Result<NodePlan, Problems> {
+        let Some(kind) = self.registry.agents().kind(&agent.kind) else {
+            let message = format!("there is no kind of agent `{}`", agent.kind);
+            return Err(Problem::new(sources, &agent.span, message, "see `orienteer list agents`").into());
+        };
+        let factory = kind.prepare(&agent.section, sources)?;
+        let context = self.of_node(context, client.0);
+        // Build it once for the sake of its errors, which can be told here with their place.
+        if let Err(error) = factory(&context) {
+            let message = format!("`{}` can't be built: {error}", agent.name);
+            return Err(Problem::new(sources, &agent.span, message, "correct its parameters, or give the robot what it needs").into());
+        }
+        Ok(NodePlan {
+            context,
+            phases: vec![kind.phase],
+            wiring: kind.wiring.clone(),
+            claims: kind.claims,
+            deadline: agent.deadline.map_or(self.period, Duration::from_secs_f64),
+            factory,
+        })
+    }
+
+    fn arbitration_node(&self, context: &RobotContext, client: u16) -> NodePlan {
+        NodePlan {
+            context: self.of_node(context, client),
+            phases: vec![Phase::Arbitrate],
+            wiring: Arbitration::wiring(),
+            claims: false,
+            deadline: self.period,
+            factory: Box::new(|robot| {
+                let sonar = SonarArbiter::new(&robot.clients, &robot.ring, safety_floor(&robot.ring));
+                Ok(Box::new(Arbitration::new(&robot.clients, sonar)))
+            }),
+        }
+    }
+}
+
+/// Avoidance must hear every transducer twice a second, or as often as a slow ring can without giving all its time to it.
+fn safety_floor(ring: &Ring) -> SafetyFloor {
+    let all = ring.transducers.iter().enumerate().fold(0, |mask, (i, _)| mask | 1 << i);
+    let slow = 2.0 * ring.program.slots.len().max(1) as f64 * ring.slot_time;
+    SafetyFloor::new(ring, all, slow.max(0.5)).unwrap_or_else(|_| SafetyFloor::none())
+}
+
+/// A device can be opened only once: after a panic it can't be built anew, and its base stands.
+fn once<B: Behaviour + Send>(node: B) -> Factory {
+    let node = Mutex::new(Some(node));
+    Box::new(move |_| {
+        let node = node.lock().ok().and_then(|mut node| node.take());
+        match node {
+            Some(node) => Ok(Box::new(node)),
+            None => Err(BuildError::new("its device can't be opened a second time")),
+        }
+    })
+}
