@@ -19,13 +19,20 @@ const NEARER: f64 = 1e-9;
 const MAX_SPLITS: usize = 1000;
 
 /// Memory that a search uses again and again. One for each thread.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Scratch {
     /// The search in which each item was last met, so that it is taken once.
     met: Vec<u32>,
     search: u32,
     spans: Vec<Span>,
     candidates: Vec<Candidate>,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        // Ample, so that nothing grows in the middle of a run.
+        Self { met: Vec::new(), search: 0, spans: Vec::with_capacity(256), candidates: Vec::with_capacity(256) }
+    }
 }
 
 /// A point that would answer if it could be seen, nearest of the part of a surface between two slopes.
