@@ -58,10 +58,10 @@ impl Acoustics {
             && (self.thresholds.is_empty() || reflectance >= interpolate(&self.thresholds, range))
     }
 
-    /// How far away a vertex of this strength is heard, m.
+    /// How far away a vertex of this strength (0 to 1) is heard, m.
     #[must_use]
     pub fn vertex_reach(&self, strength: f64) -> f64 {
-        self.model.vertex_range * strength
+        self.model.vertex_range * strength.min(1.0)
     }
 
     /// Turns the distance of the first echo (`None` if there is none) into a reading.

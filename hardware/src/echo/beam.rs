@@ -10,8 +10,8 @@ pub struct Beam {
     pub(super) origin: Point2<f64>,
     pub(super) axis: Vector2<f64>,
     pub(super) tan_half: f64,
-    /// Secant of the half beam.
     pub(super) sec_half: f64,
+    pub(super) cos_half: f64,
     pub(super) max_range: f64,
 }
 
@@ -27,7 +27,8 @@ impl Beam {
     #[must_use]
     pub fn along(origin: Point2<f64>, axis: Vector2<f64>, half_beam: f64, max_range: f64) -> Self {
         let tan_half = half_beam.clamp(0.0, MAX_HALF_BEAM).tan();
-        Self { origin, axis, tan_half, sec_half: (1.0 + tan_half * tan_half).sqrt(), max_range }
+        let sec_half = (1.0 + tan_half * tan_half).sqrt();
+        Self { origin, axis, tan_half, sec_half, cos_half: sec_half.recip(), max_range }
     }
 
     /// The same beam from elsewhere: saves the tangent of the half beam.
@@ -43,13 +44,6 @@ impl Beam {
     /// A world vector in the frame of the beam.
     pub(super) fn turned(&self, x: f64, y: f64) -> (f64, f64) {
         (x * self.axis.x + y * self.axis.y, y * self.axis.x - x * self.axis.y)
-    }
-
-    /// The point at this range and slope.
-    pub(super) fn answer(&self, range: f64, slope: f64, source: Source) -> Answer {
-        let along = range / (1.0 + slope * slope).sqrt();
-        let left = Vector2::new(-self.axis.y, self.axis.x);
-        Answer { range, bearing: slope.atan(), at: self.origin + (self.axis + left * slope) * along, source }
     }
 }
 
@@ -71,12 +65,25 @@ pub enum Source {
 pub struct Answer {
     /// Metres from the transducer.
     pub range: f64,
-    /// Where it lies off the beam's axis, rad, positive to the left.
-    pub bearing: f64,
-    /// Where it lies in the world, m.
-    pub at: Point2<f64>,
-    /// What it belongs to.
+    /// Tangent of the angle between the beam's axis and the way to the point, positive to the left.
+    pub slope: f64,
+    /// What the point belongs to.
     pub source: Source,
+}
+
+impl Answer {
+    /// Where the point lies off the beam's axis, rad, positive to the left.
+    #[must_use]
+    pub fn bearing(&self) -> f64 {
+        self.slope.atan()
+    }
+
+    /// Where the point lies in the world, m; `beam` is the one that it answered.
+    #[must_use]
+    pub fn at(&self, beam: &Beam) -> Point2<f64> {
+        let left = Vector2::new(-beam.axis.y, beam.axis.x);
+        beam.origin + (beam.axis + left * self.slope) * (self.range / (1.0 + self.slope * self.slope).sqrt())
+    }
 }
 
 /// What a thin ray meets first.

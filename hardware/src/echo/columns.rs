@@ -1,5 +1,3 @@
-use std::ops::Range;
-
 use super::{beam::Beam, grid::SegmentGrid};
 
 /// Walks over the cells of a grid that a beam covers, in order of distance, one column of cells at a time.
@@ -18,35 +16,37 @@ pub(super) struct Columns {
     far: f64,
     across: f64,
     /// Rise of the lower and upper edge along the minor axis for each cell along the major one.
-    rise: [f64; 2],
+    rise: (f64, f64),
     rows: i32,
-    /// Index distance from row to row and from column to column.
-    strides: [usize; 2],
+    /// Index distance from column to column, and from row to row.
+    stride: usize,
+    row_stride: usize,
 }
 
 impl Columns {
     pub(super) fn new(grid: &SegmentGrid, beam: &Beam) -> Self {
         let frame = &grid.frame;
-        let at = [(beam.origin.x - frame.x) / frame.cell, (beam.origin.y - frame.y) / frame.cell];
-        let counts = [frame.columns, frame.rows];
-        let strides = [1, frame.columns as usize];
-        let axis = [beam.axis.x, beam.axis.y];
-        let (major, minor) = if axis[0].abs() >= axis[1].abs() { (0, 1) } else { (1, 0) };
+        let at = ((beam.origin.x - frame.x) * frame.per_cell, (beam.origin.y - frame.y) * frame.per_cell);
+        let (x, y) = (beam.axis.x, beam.axis.y);
+        // (along the major axis, along the minor axis) of position, axis, cell counts and index strides
+        let along_x = x.abs() >= y.abs();
+        let (at, across) = if along_x { at } else { (at.1, at.0) };
+        let (x, y) = if along_x { (x, y) } else { (y, x) };
+        let (count, rows) = if along_x { (frame.columns, frame.rows) } else { (frame.rows, frame.columns) };
+        let (stride, row_stride) = if along_x { (1, frame.columns as usize) } else { (frame.columns as usize, 1) };
 
-        let forward = axis[major] >= 0.0;
-        let edge = |side: f64| {
-            let edge = [axis[0] - side * axis[1], axis[1] + side * axis[0]];
-            (edge[minor] / edge[major].abs(), edge[major].abs())
-        };
-        let ((rise_right, pace_right), (rise_left, pace_left)) = (edge(-beam.tan_half), edge(beam.tan_half));
-        let rise = if rise_right <= rise_left { [rise_right, rise_left] } else { [rise_left, rise_right] };
+        // The edges of the beam: which of them is the left one does not matter here.
+        let tan = beam.tan_half;
+        let pace = ((x - tan * y).abs(), (x + tan * y).abs());
+        let rise = ((y + tan * x) / pace.0, (y - tan * x) / pace.1);
+        let rise = (rise.0.min(rise.1), rise.0.max(rise.1));
         // If the major axis itself lies in the beam, it is the fastest way across.
-        let fastest = if rise[0] <= 0.0 && rise[1] >= 0.0 { 1.0 } else { pace_right.max(pace_left) / beam.sec_half };
+        let fastest = if rise.0 <= 0.0 && rise.1 >= 0.0 { 1.0 } else { pace.0.max(pace.1) * beam.cos_half };
 
-        let here = at[major].floor() as i32;
-        let last = counts[major] - 1;
+        let forward = x >= 0.0;
+        let (here, last) = (floor(at), count - 1);
         let (column, left) = if forward { (here.max(0), last - here.max(0)) } else { (here.min(last), here.min(last)) };
-        let near_side = if forward { f64::from(column) - at[major] } else { at[major] - f64::from(column) - 1.0 };
+        let near_side = if forward { f64::from(column) - at } else { at - f64::from(column) - 1.0 };
         let pace = frame.cell / fastest;
         Self {
             least: if left < 0 { f64::INFINITY } else { near_side.max(0.0) * pace },
@@ -55,26 +55,33 @@ impl Columns {
             left,
             pace,
             far: near_side + 1.0,
-            across: at[minor],
+            across,
             rise,
-            rows: counts[minor],
-            strides: [strides[minor], strides[major]],
+            rows,
+            stride,
+            row_stride,
         }
     }
 
-    /// The cells of the next column as (first index, index step, how many), and moves on.
-    pub(super) fn advance(&mut self) -> (usize, usize, Range<i32>) {
+    /// The next column: the index of its first cell in the beam, the step from one cell to the next, and how many there are.
+    pub(super) fn advance(&mut self) -> (usize, usize, usize) {
         let near = (self.far - 1.0).max(0.0);
-        let at = |rise: f64, farther: bool| self.across + rise * if farther { self.far } else { near };
-        let low = at(self.rise[0], self.rise[0] < 0.0).floor() as i32;
-        let high = at(self.rise[1], self.rise[1] > 0.0).floor() as i32;
-        let rows = low.max(0)..high.min(self.rows - 1).saturating_add(1);
-        let base = self.column.max(0) as usize * self.strides[1];
+        let low = self.across + self.rise.0 * if self.rise.0 < 0.0 { self.far } else { near };
+        let high = self.across + self.rise.1 * if self.rise.1 > 0.0 { self.far } else { near };
+        let (low, high) = (floor(low).max(0), floor(high).min(self.rows - 1));
+        let cells = (high.saturating_add(1) - low).max(0) as usize;
+        let first = self.column.max(0) as usize * self.stride + low as usize * self.row_stride;
 
         self.least = if self.left == 0 { f64::INFINITY } else { self.far * self.pace };
         self.left -= 1;
         self.column += self.step;
         self.far += 1.0;
-        (base, self.strides[0], rows)
+        (first, self.row_stride, cells)
     }
+}
+
+/// The next lower whole number. The library's is a function call on processors without an instruction for it.
+fn floor(value: f64) -> i32 {
+    let whole = value as i32;
+    if f64::from(whole) > value { whole.saturating_sub(1) } else { whole }
 }

@@ -83,7 +83,7 @@ struct Candidate {
 pub fn cone(grid: &SegmentGrid, bodies: &[Disc], beam: &Beam, acoustics: &Acoustics, scratch: &mut Scratch) -> Option<Answer> {
     let mut search = Search::new(grid, beam, Some(acoustics), scratch);
     if let Err(source) = search.take_bodies(bodies) {
-        return Some(beam.answer(0.0, 0.0, source));
+        return Some(Answer { range: 0.0, slope: 0.0, source });
     }
     let mut columns = Columns::new(grid, beam);
     for _ in 0..MAX_SPLITS {
@@ -94,7 +94,7 @@ pub fn cone(grid: &SegmentGrid, bodies: &[Disc], beam: &Beam, acoustics: &Acoust
                 break nearest?;
             }
             if let Err(source) = search.take_column(&mut columns) {
-                return Some(beam.answer(0.0, 0.0, source));
+                return Some(Answer { range: 0.0, slope: 0.0, source });
             }
         };
         let candidate = search.scratch.candidates.swap_remove(nearest);
@@ -157,9 +157,11 @@ struct Search<'a> {
     except: Option<Source>,
     /// Nothing beyond this can be heard: the beam's range, or where the whole beam is blocked, m.
     limit: f64,
-    /// From the right edge to `covered.0` and from `covered.1` to the left edge the beam is blocked before `depth`.
+    /// Vertices farther away are not heard, m.
+    vertex_reach: f64,
+    /// From the right edge to `covered.0` and from `covered.1` to the left edge the beam is blocked, at most this far away, m².
     covered: (f64, f64),
-    depth: f64,
+    depth_squared: f64,
 }
 
 impl<'a> Search<'a> {
@@ -173,7 +175,8 @@ impl<'a> Search<'a> {
             scratch.search = 1;
         }
         let covered = (-beam.tan_half, beam.tan_half);
-        Self { grid, beam, acoustics, scratch, except: None, limit: beam.max_range, covered, depth: 0.0 }
+        let vertex_reach = acoustics.map_or(f64::NEG_INFINITY, |a| a.vertex_reach(1.0));
+        Self { grid, beam, acoustics, scratch, except: None, limit: beam.max_range, vertex_reach, covered, depth_squared: 0.0 }
     }
 
     /// Takes the moving bodies. Fails with the one that the transducer is inside of.
@@ -189,29 +192,38 @@ impl<'a> Search<'a> {
     /// Takes everything in the next column of cells that was not met before. Fails with the pillar that the transducer is
     /// inside of.
     fn take_column(&mut self, columns: &mut Columns) -> Result<(), Source> {
-        let (base, stride, rows) = columns.advance();
-        for row in rows {
-            let grid = self.grid;
-            for &number in grid.cell(base + row as usize * stride) {
+        let vertices_are_heard = columns.least <= self.vertex_reach;
+        let (first, step, count) = columns.advance();
+        for i in 0..count {
+            let (surfaces, vertices) = self.grid.cell(first + i * step);
+            for &number in surfaces {
                 let met = &mut self.scratch.met[number as usize];
-                if *met == self.scratch.search {
-                    continue;
-                }
-                *met = self.scratch.search;
-                match grid.item(number as usize) {
-                    Item::Wall(i) if self.except == Some(Source::Wall(i)) => {}
-                    Item::Wall(i) => {
-                        if let Some(span) = Span::of_line(&grid.lines[i], self.beam, number) {
-                            self.take(span);
-                        }
-                    }
-                    Item::Pillar(i) if self.except == Some(Source::Pillar(i)) => {}
-                    Item::Pillar(i) => {
-                        self.take_disc(&grid.pillars[i], number).map_err(|Inside| Source::Pillar(i))?;
-                    }
-                    Item::Vertex(i) => self.take_vertex(i, number),
+                if *met != self.scratch.search {
+                    *met = self.scratch.search;
+                    self.take_surface(number)?;
                 }
             }
+            if vertices_are_heard {
+                for &number in vertices {
+                    self.take_vertex(number);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn take_surface(&mut self, number: u32) -> Result<(), Source> {
+        let grid = self.grid;
+        match grid.item(number as usize) {
+            Item::Wall(i) if self.except != Some(Source::Wall(i)) => {
+                if let Some(span) = Span::of_line(&grid.lines[i], self.beam, number) {
+                    self.take(span);
+                }
+            }
+            Item::Pillar(i) if self.except != Some(Source::Pillar(i)) => {
+                self.take_disc(&grid.pillars[i], number).map_err(|Inside| Source::Pillar(i))?;
+            }
+            _ => {}
         }
         Ok(())
     }
@@ -223,13 +235,13 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn take_vertex(&mut self, index: usize, number: u32) {
-        let Some(acoustics) = self.acoustics else { return };
+    fn take_vertex(&mut self, number: u32) {
+        let (Some(acoustics), Item::Vertex(index)) = (self.acoustics, self.grid.item(number as usize)) else { return };
         let vertex = &self.grid.vertices[index];
         let (x, y) = self.beam.local(vertex.at.x, vertex.at.y);
         let reach = acoustics.vertex_reach(vertex.strength).min(self.limit);
         let square = x * x + y * y;
-        if x > 0.0 && y.abs() <= self.beam.tan_half * x && square <= reach * reach {
+        if (y.abs() <= self.beam.tan_half * x) & (square <= reach * reach) & (x > 0.0) {
             let slope = y / x;
             let candidate = Candidate { range: square.sqrt(), slope, low: slope, high: slope, index: number, is_vertex: true };
             self.scratch.candidates.push(candidate);
@@ -251,8 +263,7 @@ impl<'a> Search<'a> {
 
     /// Proposes the nearest point of the part of a surface between two slopes. False if that is out of reach altogether.
     fn propose(&mut self, span: &Span, index: u32, low: f64, high: f64) -> bool {
-        let slope = span.nearest(low, high);
-        let (range, cos_incidence) = span.at(slope);
+        let (slope, range, cos_incidence) = span.nearest(low, high);
         if range > self.limit {
             return false;
         }
@@ -268,7 +279,7 @@ impl<'a> Search<'a> {
         let right = span.low - OVERLAP <= self.covered.0 && span.high > self.covered.0;
         let left = span.high + OVERLAP >= self.covered.1 && span.low < self.covered.1;
         if right || left {
-            self.depth = self.depth.max(span.at(span.low).0).max(span.at(span.high).0);
+            self.depth_squared = self.depth_squared.max(span.depth_squared());
             if right {
                 self.covered.0 = span.high;
             }
@@ -276,7 +287,7 @@ impl<'a> Search<'a> {
                 self.covered.1 = span.low;
             }
             if self.covered.0 + OVERLAP >= self.covered.1 {
-                self.limit = self.limit.min(self.depth + NEARER);
+                self.limit = self.limit.min(self.depth_squared.sqrt() + NEARER);
             }
         }
     }
@@ -325,6 +336,6 @@ impl<'a> Search<'a> {
 
     fn answer(&self, candidate: &Candidate) -> Answer {
         let number = if candidate.is_vertex { candidate.index } else { self.scratch.spans[candidate.index as usize].number };
-        self.beam.answer(candidate.range, candidate.slope, source(self.grid, number))
+        Answer { range: candidate.range, slope: candidate.slope, source: source(self.grid, number) }
     }
 }

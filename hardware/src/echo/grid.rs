@@ -106,7 +106,7 @@ pub struct SegmentGrid {
     pub(super) pillars: Vec<Disc>,
     pub(super) vertices: Vec<Vertex>,
     pub(super) frame: Frame,
-    /// Where each cell's list begins in `items`; one more than there are cells.
+    /// Where the walls and pillars of each cell begin in `items`, and where its vertices do; one more than two for each cell.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
@@ -117,6 +117,7 @@ pub(super) struct Frame {
     pub(super) x: f64,
     pub(super) y: f64,
     pub(super) cell: f64,
+    pub(super) per_cell: f64,
     pub(super) columns: i32,
     pub(super) rows: i32,
 }
@@ -145,11 +146,14 @@ impl SegmentGrid {
         for item in 0..grid.len() {
             grid.touched(item, |cell| cells[cell].push(item as u32));
         }
-        grid.starts.push(0);
+        let surfaces = grid.lines.len() + grid.pillars.len();
         for cell in cells {
+            // Numbers ascend, so the vertices come last.
+            let vertices = cell.partition_point(|item| (*item as usize) < surfaces);
+            grid.starts.extend([grid.items.len(), grid.items.len() + vertices].map(|start| start as u32));
             grid.items.extend(cell);
-            grid.starts.push(grid.items.len() as u32);
         }
+        grid.starts.push(grid.items.len() as u32);
         Ok(grid)
     }
 
@@ -165,11 +169,13 @@ impl SegmentGrid {
         self.len() == 0
     }
 
-    /// The numbers of the items that touch a cell.
-    pub(super) fn cell(&self, index: usize) -> &[u32] {
-        match (self.starts.get(index), self.starts.get(index + 1)) {
-            (Some(&start), Some(&end)) => &self.items[start as usize..end as usize],
-            _ => &[],
+    /// The numbers of the walls and pillars, and of the vertices, that touch a cell.
+    pub(super) fn cell(&self, index: usize) -> (&[u32], &[u32]) {
+        match self.starts.get(2 * index..2 * index + 3) {
+            Some(&[start, vertices, end]) => {
+                (&self.items[start as usize..vertices as usize], &self.items[vertices as usize..end as usize])
+            }
+            _ => (&[], &[]),
         }
     }
 
@@ -253,7 +259,14 @@ impl Frame {
         }
         // Half a cell of border: nothing lies on the rim.
         let count = |length: f64| (length / cell) as i32 + 2;
-        Self { x: low.x - 0.5 * cell, y: low.y - 0.5 * cell, cell, columns: count(size.x), rows: count(size.y) }
+        Self {
+            x: low.x - 0.5 * cell,
+            y: low.y - 0.5 * cell,
+            cell,
+            per_cell: cell.recip(),
+            columns: count(size.x),
+            rows: count(size.y),
+        }
     }
 
     fn cells(&self) -> usize {

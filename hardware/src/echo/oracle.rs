@@ -249,7 +249,7 @@ fn is_sound(world: &World, view: View, acoustics: &Acoustics, answer: &Answer) -
         return world.vertex_ranges(view, acoustics).any(|range| (range - answer.range).abs() < 1e-9);
     }
     [0.0, -1e-6, 1e-6, -2e-6, 2e-6].iter().any(|nudge| {
-        world.ray(view.origin, view.heading + answer.bearing + nudge).is_some_and(|hit| {
+        world.ray(view.origin, view.heading + answer.bearing() + nudge).is_some_and(|hit| {
             hit.source == answer.source
                 && (hit.range - answer.range).abs() < 1e-3
                 && hit.reflectance > 0.0

@@ -1,8 +1,9 @@
 use std::time::Duration;
 
+use nalgebra::{Point2, Vector2};
 use orienteer_runtime::{
     geometry::Pose,
-    robot_model::Ring,
+    robot_model::{Ring, Transducer},
     time::Time,
     topics::{FiringProgram, MAX_TRANSDUCERS, SonarScan},
 };
@@ -11,7 +12,7 @@ use thiserror::Error;
 
 use super::{
     acoustics::{Acoustics, RangeGate},
-    beam::{Answer, Beam, MAX_HALF_BEAM},
+    beam::{Beam, MAX_HALF_BEAM},
     bounce::second_bounce,
     cone::{Scratch, cone, first_surface},
     grid::{Disc, SegmentGrid},
@@ -88,7 +89,7 @@ impl Pinger {
     /// [`PingerError`] if the ring or the model makes no sense.
     pub fn new(ring: Ring, model: &SonarModel, start: Time) -> Result<Self, PingerError> {
         check(&ring)?;
-        let mounted = |t: &orienteer_runtime::robot_model::Transducer| (t.mount, Beam::new(t.mount, t.half_beam, ring.max_range));
+        let mounted = |t: &Transducer| (t.mount, Beam::new(t.mount, t.half_beam, ring.max_range));
         Ok(Self {
             acoustics: Acoustics::new(model)?,
             mounts: ring.transducers.iter().map(mounted).collect(),
@@ -189,19 +190,22 @@ impl Pinger {
 
     /// The distances that the transducers of a slot hear, noise aside.
     fn listen(&mut self, mask: u32, robot: Pose, world: &SegmentGrid, rng: &mut impl Rng) -> [Option<f64>; MAX_TRANSDUCERS] {
-        let mut answers = [None; MAX_TRANSDUCERS];
+        let mut heard_at = [None; MAX_TRANSDUCERS];
         let mut distances = [None; MAX_TRANSDUCERS];
-        let direction = robot.direction();
+        let (direction, model) = (robot.direction(), self.acoustics.model());
         for (i, (mount, beam)) in self.mounts.iter().enumerate().filter(|(i, _)| mask & (1 << i) != 0) {
             let beam = carried(robot, direction, *mount, beam);
-            answers[i] = cone(world, &self.near, &beam, &self.acoustics, &mut self.scratch);
-            distances[i] = answers[i].map(|answer| answer.range);
-            if answers[i].is_none() && self.acoustics.model().second_bounce {
+            let answer = cone(world, &self.near, &beam, &self.acoustics, &mut self.scratch);
+            distances[i] = answer.map(|answer| answer.range);
+            if answer.is_none() && model.second_bounce {
                 distances[i] = second_bounce(world, &self.near, &beam, &self.acoustics, &mut self.scratch);
             }
+            if model.cross_talk > 0.0 {
+                heard_at[i] = answer.map(|answer| (answer.range, answer.at(&beam)));
+            }
         }
-        if self.acoustics.model().cross_talk > 0.0 {
-            self.hear_neighbours(mask, robot, world, &answers, &mut distances, rng);
+        if model.cross_talk > 0.0 {
+            self.hear_neighbours(mask, robot, world, &heard_at, &mut distances, rng);
         }
         distances
     }
@@ -214,7 +218,7 @@ impl Pinger {
         mask: u32,
         robot: Pose,
         world: &SegmentGrid,
-        answers: &[Option<Answer>; MAX_TRANSDUCERS],
+        heard_at: &[Option<(f64, Point2<f64>)>; MAX_TRANSDUCERS],
         distances: &mut [Option<f64>; MAX_TRANSDUCERS],
         rng: &mut impl Rng,
     ) {
@@ -224,11 +228,11 @@ impl Pinger {
                 continue;
             }
             let beam = carried(robot, direction, *mount, beam);
-            for (_, other) in answers.iter().enumerate().filter(|(j, _)| *j != i) {
-                let Some(other) = other else { continue };
-                let way = other.at - beam.origin;
+            for (_, other) in heard_at.iter().enumerate().filter(|(j, _)| *j != i) {
+                let Some((range, at)) = other else { continue };
+                let way = at - beam.origin;
                 let length = way.norm();
-                let path = 0.5 * (other.range + length);
+                let path = 0.5 * (range + length);
                 let in_beam = way.dot(&beam.axis) * beam.sec_half >= length && path <= self.gate.max && length > 0.0;
                 if !in_beam || distances[i].is_some_and(|own| own <= path) {
                     continue;
@@ -243,8 +247,8 @@ impl Pinger {
 }
 
 /// The beam of a transducer when its robot is at `robot`, whose heading is the unit vector `direction`.
-fn carried(robot: Pose, direction: nalgebra::Vector2<f64>, mount: Pose, beam: &Beam) -> Beam {
-    let turned = |x: f64, y: f64| nalgebra::Vector2::new(x * direction.x - y * direction.y, x * direction.y + y * direction.x);
+fn carried(robot: Pose, direction: Vector2<f64>, mount: Pose, beam: &Beam) -> Beam {
+    let turned = |x: f64, y: f64| Vector2::new(x * direction.x - y * direction.y, x * direction.y + y * direction.x);
     beam.moved(robot.point() + turned(mount.x, mount.y), turned(beam.axis.x, beam.axis.y))
 }
 

@@ -33,7 +33,8 @@ impl Span {
         let (x1, y1) = beam.local(line.ax, line.ay);
         let (x2, y2) = beam.local(line.bx, line.by);
         // Behind, or wholly on the far side of one edge of the beam
-        if (x1 <= 0.0 && x2 <= 0.0) || (y1 > tan * x1 && y2 > tan * x2) || (y1 < -tan * x1 && y2 < -tan * x2) {
+        // (one branch: which of the three applies is as good as random)
+        if ((x1 <= 0.0) & (x2 <= 0.0)) | ((y1 > tan * x1) & (y2 > tan * x2)) | ((y1 < -tan * x1) & (y2 < -tan * x2)) {
             return None;
         }
         let (mut t1, mut t2) = (y1 / x1, y2 / x2);
@@ -85,15 +86,35 @@ impl Span {
         Ok((low <= high).then_some(span))
     }
 
-    /// The slope in `[low, high]` at which the surface is nearest and met nearest to its normal. Both the range and the
-    /// angle of incidence grow from there to both sides.
-    pub(super) fn nearest(&self, low: f64, high: f64) -> f64 {
+    /// Slope, range and cosine of the angle of incidence at the point between two slopes that is nearest and met nearest to
+    /// its normal. Both range and angle grow from there to both sides.
+    pub(super) fn nearest(&self, low: f64, high: f64) -> (f64, f64, f64) {
         let (x, y) = match self.shape {
             Shape::Line { a, b, .. } => (a, b),
             Shape::Circle { x, y, .. } => (x, y),
         };
         let normal = if x > 0.0 { y / x } else { f64::INFINITY.copysign(y) };
-        normal.max(low).min(high)
+        if let Shape::Line { d, .. } = self.shape
+            && low <= normal
+            && normal <= high
+        {
+            return (normal, d, 1.0);
+        }
+        let slope = normal.max(low).min(high);
+        let (range, cos_incidence) = self.at(slope);
+        (slope, range, cos_incidence)
+    }
+
+    /// The square of the greatest range within the span. It is met at one of the ends.
+    pub(super) fn depth_squared(&self) -> f64 {
+        let at = |t: f64| match self.shape {
+            Shape::Line { a, b, d } => {
+                let along = d / (a + b * t);
+                along * along * (1.0 + t * t)
+            }
+            Shape::Circle { .. } => self.at(t).0.powi(2),
+        };
+        at(self.low).max(at(self.high))
     }
 
     /// Range at slope `t` and cosine of the angle of incidence.
