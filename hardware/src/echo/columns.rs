@@ -1,4 +1,7 @@
-use super::{beam::Beam, grid::SegmentGrid};
+use super::{
+    beam::Beam,
+    grid::{Cells, Frame},
+};
 
 /// Walks over the cells of a grid that a beam covers, in order of distance, one column of cells at a time.
 ///
@@ -18,22 +21,19 @@ pub(super) struct Columns {
     /// Rise of the lower and upper edge along the minor axis for each cell along the major one.
     rise: (f64, f64),
     rows: i32,
-    /// Index distance from column to column, and from row to row.
-    stride: usize,
-    row_stride: usize,
+    /// True if the columns are the grid's columns, false if they are its rows.
+    along_x: bool,
 }
 
 impl Columns {
-    pub(super) fn new(grid: &SegmentGrid, beam: &Beam) -> Self {
-        let frame = &grid.frame;
+    pub(super) fn new(frame: &Frame, beam: &Beam) -> Self {
         let at = ((beam.origin.x - frame.x) * frame.per_cell, (beam.origin.y - frame.y) * frame.per_cell);
         let (x, y) = (beam.axis.x, beam.axis.y);
-        // (along the major axis, along the minor axis) of position, axis, cell counts and index strides
+        // (along the major axis, along the minor axis) of position, axis and cell counts
         let along_x = x.abs() >= y.abs();
         let (at, across) = if along_x { at } else { (at.1, at.0) };
         let (x, y) = if along_x { (x, y) } else { (y, x) };
         let (count, rows) = if along_x { (frame.columns, frame.rows) } else { (frame.rows, frame.columns) };
-        let (stride, row_stride) = if along_x { (1, frame.columns as usize) } else { (frame.columns as usize, 1) };
 
         // The edges of the beam: which of them is the left one does not matter here.
         let tan = beam.tan_half;
@@ -58,25 +58,24 @@ impl Columns {
             across,
             rise,
             rows,
-            stride,
-            row_stride,
+            along_x,
         }
     }
 
-    /// The next column: the index of its first cell in the beam, the step from one cell to the next, and how many there are.
-    pub(super) fn advance(&mut self) -> (usize, usize, usize) {
+    /// The cells of the next column that the beam covers.
+    pub(super) fn advance(&mut self) -> Cells {
         let near = (self.far - 1.0).max(0.0);
         let low = self.across + self.rise.0 * if self.rise.0 < 0.0 { self.far } else { near };
         let high = self.across + self.rise.1 * if self.rise.1 > 0.0 { self.far } else { near };
         let (low, high) = (floor(low).max(0), floor(high).min(self.rows - 1));
-        let cells = (high.saturating_add(1) - low).max(0) as usize;
-        let first = self.column.max(0) as usize * self.stride + low as usize * self.row_stride;
+        let count = (high.saturating_add(1) - low).max(0) as usize;
+        let first = self.column.max(0) as usize * self.rows as usize + low as usize;
 
         self.least = if self.left == 0 { f64::INFINITY } else { self.far * self.pace };
         self.left -= 1;
         self.column += self.step;
         self.far += 1.0;
-        (first, self.row_stride, cells)
+        Cells { in_column: self.along_x, first, count }
     }
 }
 

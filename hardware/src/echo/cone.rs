@@ -4,7 +4,7 @@ use super::{
     acoustics::Acoustics,
     beam::{Answer, Beam, Contact, Source},
     columns::Columns,
-    grid::{Disc, Item, SegmentGrid},
+    grid::{Disc, SegmentGrid},
     span::{Inside, Span},
 };
 
@@ -17,6 +17,8 @@ const INSIDE: f64 = 1e-6;
 const NEARER: f64 = 1e-9;
 /// A beam that was split this often counts as heard by nobody; only rounding among nearly equal surfaces could get here.
 const MAX_SPLITS: usize = 1000;
+/// Walls are tested in lots of this many.
+const CHUNK: usize = 32;
 
 /// Memory that a search uses again and again. One for each thread.
 #[derive(Debug, Clone)]
@@ -85,7 +87,7 @@ pub fn cone(grid: &SegmentGrid, bodies: &[Disc], beam: &Beam, acoustics: &Acoust
     if let Err(source) = search.take_bodies(bodies) {
         return Some(Answer { range: 0.0, slope: 0.0, source });
     }
-    let mut columns = Columns::new(grid, beam);
+    let mut columns = Columns::new(&grid.frame, beam);
     for _ in 0..MAX_SPLITS {
         let nearest = loop {
             let nearest = search.nearest_candidate();
@@ -119,11 +121,11 @@ pub fn first_surface(
     except: Option<Source>,
     scratch: &mut Scratch,
 ) -> Option<Contact> {
-    let ray = Beam { tan_half: 0.0, sec_half: 1.0, ..*beam };
+    let ray = Beam { tan_half: 0.0, sec_half: 1.0, cos_half: 1.0, ..*beam };
     let mut search = Search::new(grid, &ray, None, scratch);
     search.except = except;
     search.take_bodies(bodies).ok()?;
-    let mut columns = Columns::new(grid, &ray);
+    let mut columns = Columns::new(&grid.frame, &ray);
     while columns.least <= search.limit {
         search.take_column(&mut columns).ok()?;
     }
@@ -135,15 +137,14 @@ pub fn first_surface(
     Some(Contact { range, at: ray.origin + ray.axis * range, normal, reflectance: span.reflectance, source })
 }
 
+/// What a span or candidate belongs to: walls are numbered first, then pillars, vertices and bodies.
 fn source(grid: &SegmentGrid, number: u32) -> Source {
-    let number = number as usize;
-    if number >= grid.len() {
-        return Source::Body(number - grid.len());
-    }
-    match grid.item(number) {
-        Item::Wall(i) => Source::Wall(i),
-        Item::Pillar(i) => Source::Pillar(i),
-        Item::Vertex(i) => Source::Vertex(i),
+    let (walls, pillars, vertices) = (grid.lines.len(), grid.pillars.len(), grid.vertices.len());
+    match number as usize {
+        n if n < walls => Source::Wall(n),
+        n if n < walls + pillars => Source::Pillar(n - walls),
+        n if n < walls + pillars + vertices => Source::Vertex(n - walls - pillars),
+        n => Source::Body(n - walls - pillars - vertices),
     }
 }
 
@@ -193,39 +194,45 @@ impl<'a> Search<'a> {
     /// inside of.
     fn take_column(&mut self, columns: &mut Columns) -> Result<(), Source> {
         let vertices_are_heard = columns.least <= self.vertex_reach;
-        let (first, step, count) = columns.advance();
-        for i in 0..count {
-            let (surfaces, vertices) = self.grid.cell(first + i * step);
-            for &number in surfaces {
-                let met = &mut self.scratch.met[number as usize];
-                if *met != self.scratch.search {
-                    *met = self.scratch.search;
-                    self.take_surface(number)?;
-                }
+        let cells = columns.advance();
+        let grid = self.grid;
+        for chunk in grid.lines_at.of(cells).chunks(CHUNK) {
+            self.take_walls(chunk);
+        }
+        for &i in grid.pillars_at.of(cells) {
+            let number = (grid.lines.len() + i as usize) as u32;
+            if self.except != Some(Source::Pillar(i as usize)) && self.is_new(number) {
+                self.take_disc(&grid.pillars[i as usize], number).map_err(|Inside| Source::Pillar(i as usize))?;
             }
-            if vertices_are_heard {
-                for &number in vertices {
-                    self.take_vertex(number);
-                }
-            }
+        }
+        if vertices_are_heard {
+            grid.vertices_at.of(cells).iter().for_each(|i| self.take_vertex(*i as usize));
         }
         Ok(())
     }
 
-    fn take_surface(&mut self, number: u32) -> Result<(), Source> {
-        let grid = self.grid;
-        match grid.item(number as usize) {
-            Item::Wall(i) if self.except != Some(Source::Wall(i)) => {
-                if let Some(span) = Span::of_line(&grid.lines[i], self.beam, number) {
-                    self.take(span);
-                }
-            }
-            Item::Pillar(i) if self.except != Some(Source::Pillar(i)) => {
-                self.take_disc(&grid.pillars[i], number).map_err(|Inside| Source::Pillar(i))?;
-            }
-            _ => {}
+    /// True if the item was not met in this search before; it is from now on.
+    fn is_new(&mut self, number: u32) -> bool {
+        std::mem::replace(&mut self.scratch.met[number as usize], self.scratch.search) != self.scratch.search
+    }
+
+    /// Takes those of at most [`CHUNK`] walls that are new and in the beam.
+    fn take_walls(&mut self, numbers: &[u32]) {
+        // Which walls pass is as good as random, and a mispredicted branch costs more than the test of a wall: so collect first.
+        let mut passed = [0; CHUNK];
+        let mut count = 0;
+        for &number in numbers {
+            let passes = self.is_new(number) & Span::may_meet(&self.grid.lines[number as usize], self.beam);
+            passed[count] = number;
+            count += usize::from(passes);
         }
-        Ok(())
+        for &number in &passed[..count] {
+            if self.except != Some(Source::Wall(number as usize))
+                && let Some(span) = Span::of_line(&self.grid.lines[number as usize], self.beam, number)
+            {
+                self.take(span);
+            }
+        }
     }
 
     fn take_disc(&mut self, disc: &Disc, number: u32) -> Result<(), Inside> {
@@ -235,15 +242,16 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn take_vertex(&mut self, number: u32) {
-        let (Some(acoustics), Item::Vertex(index)) = (self.acoustics, self.grid.item(number as usize)) else { return };
+    fn take_vertex(&mut self, index: usize) {
+        let Some(acoustics) = self.acoustics else { return };
         let vertex = &self.grid.vertices[index];
         let (x, y) = self.beam.local(vertex.at.x, vertex.at.y);
         let reach = acoustics.vertex_reach(vertex.strength).min(self.limit);
         let square = x * x + y * y;
         if (y.abs() <= self.beam.tan_half * x) & (square <= reach * reach) & (x > 0.0) {
             let slope = y / x;
-            let candidate = Candidate { range: square.sqrt(), slope, low: slope, high: slope, index: number, is_vertex: true };
+            let index = (self.grid.lines.len() + self.grid.pillars.len() + index) as u32;
+            let candidate = Candidate { range: square.sqrt(), slope, low: slope, high: slope, index, is_vertex: true };
             self.scratch.candidates.push(candidate);
         }
     }

@@ -78,18 +78,10 @@ pub(super) struct Line {
     pub(super) reflectance: f64,
 }
 
-/// What an item number of the grid stands for.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Item {
-    Wall(usize),
-    Pillar(usize),
-    Vertex(usize),
-}
-
 /// The static part of a world: walls, pillars and vertices in a uniform grid of lists, built once.
 ///
-/// Each cell lists the items that touch it. Cells hold numbers, not coordinates: walls come first, then pillars, then
-/// vertices.
+/// Each cell lists what touches it. There is one set of lists in which the cells of a column are neighbours and one in which
+/// those of a row are, so that a beam reads all cells of a column (or row) that it covers in one go.
 ///
 /// ```
 /// use nalgebra::Point2;
@@ -106,9 +98,33 @@ pub struct SegmentGrid {
     pub(super) pillars: Vec<Disc>,
     pub(super) vertices: Vec<Vertex>,
     pub(super) frame: Frame,
-    /// Where the walls and pillars of each cell begin in `items`, and where its vertices do; one more than two for each cell.
+    pub(super) lines_at: Lists,
+    pub(super) pillars_at: Lists,
+    pub(super) vertices_at: Lists,
+}
+
+/// The things of one kind that touch each cell.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Lists {
+    /// With the cells of a column side by side.
+    columns: Runs,
+    /// With the cells of a row side by side.
+    rows: Runs,
+}
+
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Runs {
+    /// Where each cell's list begins in `items`; one more than there are cells.
     starts: Vec<u32>,
     items: Vec<u32>,
+}
+
+/// Cells side by side in one column (or row) of the grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Cells {
+    pub(super) in_column: bool,
+    pub(super) first: usize,
+    pub(super) count: usize,
 }
 
 /// Where the grid's cells lie.
@@ -134,27 +150,21 @@ impl SegmentGrid {
         check("vertex", vertices, |v| v.at.coords.abs().max() + 0.0 * v.at.coords.sum())?;
         check("pillar", pillars, |d| d.centre.coords.abs().max() + 0.0 * d.centre.coords.sum() + d.radius.abs())?;
 
-        let mut grid = Self {
-            lines: walls.iter().map(Line::new).collect(),
+        let frame = Frame::around(walls, vertices, pillars);
+        let lines: Vec<_> = walls.iter().map(Line::new).collect();
+        Ok(Self {
+            lines_at: Lists::new(&frame, &lines, |line, visit| {
+                frame.touched_by_line([line.ax, line.ay], [line.bx, line.by], visit);
+            }),
+            pillars_at: Lists::new(&frame, pillars, |disc, visit| frame.touched_by_disc(disc, visit)),
+            vertices_at: Lists::new(&frame, vertices, |vertex, visit| {
+                frame.touched_by_line([vertex.at.x, vertex.at.y], [vertex.at.x, vertex.at.y], visit);
+            }),
+            frame,
+            lines,
             pillars: pillars.to_vec(),
             vertices: vertices.to_vec(),
-            frame: Frame::around(walls, vertices, pillars),
-            starts: Vec::new(),
-            items: Vec::new(),
-        };
-        let mut cells = vec![Vec::new(); grid.frame.cells()];
-        for item in 0..grid.len() {
-            grid.touched(item, |cell| cells[cell].push(item as u32));
-        }
-        let surfaces = grid.lines.len() + grid.pillars.len();
-        for cell in cells {
-            // Numbers ascend, so the vertices come last.
-            let vertices = cell.partition_point(|item| (*item as usize) < surfaces);
-            grid.starts.extend([grid.items.len(), grid.items.len() + vertices].map(|start| start as u32));
-            grid.items.extend(cell);
-        }
-        grid.starts.push(grid.items.len() as u32);
-        Ok(grid)
+        })
     }
 
     /// Number of items of all kinds.
@@ -168,49 +178,40 @@ impl SegmentGrid {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+}
 
-    /// The numbers of the walls and pillars, and of the vertices, that touch a cell.
-    pub(super) fn cell(&self, index: usize) -> (&[u32], &[u32]) {
-        match self.starts.get(2 * index..2 * index + 3) {
-            Some(&[start, vertices, end]) => {
-                (&self.items[start as usize..vertices as usize], &self.items[vertices as usize..end as usize])
-            }
-            _ => (&[], &[]),
+impl Lists {
+    /// `touched` calls its argument with the column and row of each cell that a thing touches.
+    fn new<T>(frame: &Frame, things: &[T], touched: impl Fn(&T, &mut dyn FnMut(i32, i32))) -> Self {
+        let (columns, rows) = (frame.columns as usize, frame.rows as usize);
+        let mut cells = vec![Vec::new(); columns * rows];
+        for (i, thing) in things.iter().enumerate() {
+            touched(thing, &mut |column, row| cells[column as usize * rows + row as usize].push(i as u32));
         }
+        let mut lists = Self { columns: Runs::default(), rows: Runs::default() };
+        cells.iter().for_each(|cell| lists.columns.push(cell));
+        for row in 0..rows {
+            (0..columns).for_each(|column| lists.rows.push(&cells[column * rows + row]));
+        }
+        lists.columns.push(&[]);
+        lists.rows.push(&[]);
+        lists
     }
 
-    pub(super) fn item(&self, number: usize) -> Item {
-        let (walls, pillars) = (self.lines.len(), self.pillars.len());
-        if number < walls {
-            Item::Wall(number)
-        } else if number < walls + pillars {
-            Item::Pillar(number - walls)
-        } else {
-            Item::Vertex(number - walls - pillars)
+    /// What touches these cells. A thing that touches several of them comes several times.
+    pub(super) fn of(&self, cells: Cells) -> &[u32] {
+        let runs = if cells.in_column { &self.columns } else { &self.rows };
+        match (runs.starts.get(cells.first), runs.starts.get(cells.first + cells.count)) {
+            (Some(&start), Some(&end)) => &runs.items[start as usize..end as usize],
+            _ => &[],
         }
     }
+}
 
-    /// Calls `visit` with every cell that an item touches.
-    fn touched(&self, number: usize, mut visit: impl FnMut(usize)) {
-        let frame = self.frame;
-        match self.item(number) {
-            Item::Wall(i) => {
-                let line = &self.lines[i];
-                frame.touched_by_line([line.ax, line.ay], [line.bx, line.by], visit);
-            }
-            Item::Pillar(i) => {
-                let Disc { centre, radius, .. } = self.pillars[i];
-                let (left, right) = frame.span(centre.x - radius, centre.x + radius, frame.x, frame.columns);
-                let (bottom, top) = frame.span(centre.y - radius, centre.y + radius, frame.y, frame.rows);
-                for (column, row) in (left..=right).flat_map(|column| (bottom..=top).map(move |row| (column, row))) {
-                    visit(frame.index(column, row));
-                }
-            }
-            Item::Vertex(i) => {
-                let at = self.vertices[i].at;
-                frame.touched_by_line([at.x, at.y], [at.x, at.y], &mut visit);
-            }
-        }
+impl Runs {
+    fn push(&mut self, cell: &[u32]) {
+        self.starts.push(self.items.len() as u32);
+        self.items.extend_from_slice(cell);
     }
 }
 
@@ -269,22 +270,21 @@ impl Frame {
         }
     }
 
-    fn cells(&self) -> usize {
-        self.columns as usize * self.rows as usize
-    }
-
-    pub(super) fn index(&self, column: i32, row: i32) -> usize {
-        row as usize * self.columns as usize + column as usize
-    }
-
     /// The cells along one axis that an interval touches, with a margin, clamped to the grid.
     fn span(&self, low: f64, high: f64, origin: f64, count: i32) -> (i32, i32) {
         let cell_of = |at: f64, margin: f64| (((at - origin) / self.cell + margin).floor() as i32).clamp(0, count - 1);
         (cell_of(low, -MARGIN), cell_of(high, MARGIN))
     }
 
+    fn touched_by_disc(&self, disc: &Disc, visit: &mut dyn FnMut(i32, i32)) {
+        let Disc { centre, radius, .. } = *disc;
+        let (left, right) = self.span(centre.x - radius, centre.x + radius, self.x, self.columns);
+        let (bottom, top) = self.span(centre.y - radius, centre.y + radius, self.y, self.rows);
+        (left..=right).for_each(|column| (bottom..=top).for_each(|row| visit(column, row)));
+    }
+
     /// Visits column by column the rows between the line's heights at the column's two sides.
-    fn touched_by_line(&self, a: [f64; 2], b: [f64; 2], mut visit: impl FnMut(usize)) {
+    fn touched_by_line(&self, a: [f64; 2], b: [f64; 2], visit: &mut dyn FnMut(i32, i32)) {
         let (a, b) = if a[0] <= b[0] { (a, b) } else { (b, a) };
         let (left, right) = self.span(a[0], b[0], self.x, self.columns);
         let height = |x: f64| {
@@ -297,9 +297,7 @@ impl Frame {
             let east = self.x + (f64::from(column) + 1.0 + MARGIN) * self.cell;
             let (y0, y1) = if steep { (a[1], b[1]) } else { (height(west), height(east)) };
             let (bottom, top) = self.span(y0.min(y1), y0.max(y1), self.y, self.rows);
-            for row in bottom..=top {
-                visit(self.index(column, row));
-            }
+            (bottom..=top).for_each(|row| visit(column, row));
         }
     }
 }

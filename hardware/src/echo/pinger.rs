@@ -78,6 +78,8 @@ pub struct Pinger {
     slot_time: Duration,
     scan: SonarScan,
     scratch: Scratch,
+    /// Bodies farther than this from the robot's centre are not heard, m.
+    reach: f64,
     /// The bodies near enough to be heard in this slot.
     near: Vec<Disc>,
 }
@@ -102,7 +104,8 @@ impl Pinger {
             slot_time: Duration::from_secs_f64(ring.slot_time),
             scan: SonarScan::unfired(ring.transducers.len()),
             scratch: Scratch::default(),
-            near: Vec::new(),
+            reach: ring.transducers.iter().map(|t| t.mount.x.hypot(t.mount.y)).fold(0.0, f64::max) + ring.max_range,
+            near: Vec::with_capacity(64),
             ring,
         })
     }
@@ -173,8 +176,7 @@ impl Pinger {
 
         let mask = self.program.slots.get(self.slot).copied().unwrap_or(0);
         self.near.clear();
-        let reach = self.mounts.iter().map(|(mount, _)| mount.x.hypot(mount.y)).fold(0.0, f64::max) + self.gate.max;
-        let in_reach = |body: &&Disc| (body.centre - robot.point()).norm() <= reach + body.radius;
+        let in_reach = |body: &&Disc| (body.centre - robot.point()).norm() <= self.reach + body.radius;
         self.near.extend(bodies.iter().filter(in_reach));
         let distances = self.listen(mask, robot, world, rng);
         for (i, distance) in distances.iter().enumerate().take(self.mounts.len()).filter(|(i, _)| mask & (1 << i) != 0) {

@@ -27,16 +27,20 @@ pub(super) enum Shape {
 }
 
 impl Span {
-    /// The part of a wall that lies in the beam; `None` if there is none.
+    /// False only if no part of a wall lies in the beam. Free of branches.
+    pub(super) fn may_meet(line: &Line, beam: &Beam) -> bool {
+        let tan = beam.tan_half;
+        let (x1, y1) = beam.local(line.ax, line.ay);
+        let (x2, y2) = beam.local(line.bx, line.by);
+        // Not behind, and not wholly on the far side of one edge of the beam
+        ((x1 > 0.0) | (x2 > 0.0)) & ((y1 <= tan * x1) | (y2 <= tan * x2)) & ((y1 >= -tan * x1) | (y2 >= -tan * x2))
+    }
+
+    /// The part of a wall that lies in the beam, if it [may](Self::may_meet); `None` if there is none.
     pub(super) fn of_line(line: &Line, beam: &Beam, number: u32) -> Option<Self> {
         let tan = beam.tan_half;
         let (x1, y1) = beam.local(line.ax, line.ay);
         let (x2, y2) = beam.local(line.bx, line.by);
-        // Behind, or wholly on the far side of one edge of the beam
-        // (one branch: which of the three applies is as good as random)
-        if ((x1 <= 0.0) & (x2 <= 0.0)) | ((y1 > tan * x1) & (y2 > tan * x2)) | ((y1 < -tan * x1) & (y2 < -tan * x2)) {
-            return None;
-        }
         let (mut t1, mut t2) = (y1 / x1, y2 / x2);
         if x1 <= 0.0 {
             t1 = if y1 * x2 > y2 * x1 { f64::INFINITY } else { f64::NEG_INFINITY };
