@@ -182,10 +182,10 @@ fn critical_angles(world: &World, view: View, limit: f64) -> Vec<f64> {
     angles
 }
 
-/// The exact answer. Gaps in the view narrower than 5 µrad are passed over, which is what the searched model allows.
-fn sweep(world: &World, view: View, acoustics: &Acoustics, limit: f64) -> Option<f64> {
+/// The exact answer, but for glimpses narrower than `gap` rad.
+fn sweep(world: &World, view: View, acoustics: &Acoustics, limit: f64, gap: f64) -> Option<f64> {
     let angles = critical_angles(world, view, limit);
-    let ranges = angles.windows(2).filter(|pair| pair[1] - pair[0] > 5e-6).filter_map(|pair| {
+    let ranges = angles.windows(2).filter(|pair| pair[1] - pair[0] > gap).filter_map(|pair| {
         let hit = world.ray(view.origin, view.heading + 0.5 * (pair[0] + pair[1]))?;
         let inside = 1e-9;
         let ends =
@@ -274,13 +274,14 @@ proptest! {
     fn agrees_with_an_exact_sweep(seed in any::<u64>(), limit_deg in 3.0..89.0f64) {
         let (world, view) = random_world(seed);
         let acoustics = Acoustics::new(&SonarModel::default().with_incidence_limit(limit_deg)).unwrap();
-        let expected = sweep(&world, view, &acoustics, limit_deg.to_radians());
-        let answer = searched(&world, view, &acoustics);
-        match (answer.map(|a| a.range), expected) {
-            (None, None) => {}
-            (Some(range), Some(expected)) => prop_assert!((range - expected).abs() < 1e-4, "{range} is not {expected}"),
-            (range, expected) => prop_assert!(false, "{range:?} is not {expected:?}"),
-        }
+        // What can be seen through a gap of about 2 µrad only may be heard or not.
+        let expected = [5e-6, 1e-6].map(|gap| sweep(&world, view, &acoustics, limit_deg.to_radians(), gap));
+        let range = searched(&world, view, &acoustics).map(|answer| answer.range);
+        let agrees = |expected: &Option<f64>| match (range, expected) {
+            (Some(range), Some(expected)) => (range - expected).abs() < 1e-4,
+            (range, expected) => range.is_none() && expected.is_none(),
+        };
+        prop_assert!(expected.iter().any(agrees), "{range:?} is not {expected:?}");
     }
 }
 
