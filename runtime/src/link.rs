@@ -46,6 +46,9 @@
 //! the back end. Across threads and processes a queue can overflow earlier or later, so there order is kept and losses are
 //! not reproducible.
 //!
+//! A warm step asks for no memory, except that iceoryx2 0.10 takes one small piece for each sample that is published and gives
+//! it back at once.
+//!
 //! # Nothing is left behind
 //!
 //! A `shared` run owns one directory on tmpfs and one prefix for its files in `/dev/shm`; both go when the last process that

@@ -87,6 +87,11 @@ impl Bus {
         Self { inner: Arc::new(Inner { fabric, first_writer, robots: Mutex::default() }) }
     }
 
+    #[cfg(test)]
+    pub(super) fn fabric(&self) -> &Fabric {
+        &self.inner.fabric
+    }
+
     /// What carries the samples.
     #[must_use]
     pub fn backend(&self) -> Backend {

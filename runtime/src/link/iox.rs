@@ -179,17 +179,20 @@ impl<S: Service + 'static, P: Payload> Hub<S, P> {
 
     /// A peer in another process that cannot be reached is its own trouble, not this actor's: say so and go on.
     fn complain(&self) {
-        if self.broken.swap(false, Ordering::Relaxed) {
+        if self.broken.load(Ordering::Relaxed) && self.broken.swap(false, Ordering::Relaxed) {
             tracing::warn!(robot = self.claim.robot(), topic = P::TOPIC, "a reader or writer could not be connected");
         }
     }
 
-    /// What a writer's samples may take up: a queue and a sample in hand for every reader there can be, and one being written.
+    /// How far a writer's files may grow, a little more rather than less: a queue and a sample in hand for every reader there
+    /// can be and one sample being written, a connection to each reader, and its share of the service.
     fn bytes_of_a_writer() -> u64 {
         const HEADERS: usize = 64; // iceoryx2's own and ours, with padding.
-        const MANAGEMENT: usize = 16 << 10; // Free lists, and a connection to each of a few readers.
-        let samples = limits::READERS * (P::QUEUE.max(1) + 1) + 2;
-        (samples * (size_of::<P>().next_multiple_of(align_of::<P>()) + HEADERS) + MANAGEMENT) as u64
+        const SERVICE: usize = 8 << 10;
+        let queue = P::QUEUE.max(1);
+        let samples = limits::READERS * (queue + 1) + 2;
+        let connection = 512 + 48 * queue;
+        (samples * (size_of::<P>() + HEADERS) + limits::READERS * connection + SERVICE) as u64
     }
 }
 
@@ -242,12 +245,11 @@ struct Reservation {
 
 impl Reservation {
     fn take<P: Payload>(total: Option<&Arc<AtomicU64>>, bytes: u64) -> Result<Self, LinkError> {
-        if let Some(total) = total {
-            let reserved = total.load(Ordering::Relaxed) + bytes;
-            resources::check_room(&format!("a writer of topic `{}`", P::TOPIC), reserved, Path::new(resources::SHARED_MEMORY))?;
-            total.fetch_add(bytes, Ordering::Relaxed);
-        }
-        Ok(Self { total: total.cloned(), bytes })
+        let Some(total) = total else { return Ok(Self { total: None, bytes }) };
+        let reserved = total.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        let reservation = Self { total: Some(Arc::clone(total)), bytes }; // Given back if it is refused.
+        resources::check_room(&format!("a writer of topic `{}`", P::TOPIC), reserved, Path::new(resources::SHARED_MEMORY))?;
+        Ok(reservation)
     }
 }
 
@@ -312,5 +314,48 @@ impl<S: Service + 'static, P: Payload> Reader<P> for IoxReader<S, P> {
             }
         }
         self.hub.complain();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::os::unix::fs::MetadataExt;
+
+    use crate::link::{Backend, Bus, BusOptions, bus::Fabric};
+    use crate::topics::{BaseClaim, BaseNotice, Odometry, Payload, SonarScan, limits};
+
+    /// One topic with all the readers and as many writers as asked for, and what its files may grow to.
+    fn reserved_and_real<P: Payload>(writers: usize) -> (u64, u64) {
+        let directory = tempfile::tempdir_in("/dev/shm").unwrap();
+        let options = BusOptions { run: None, root: Some(directory.path().join("r")) };
+        let bus = Bus::open(Backend::Shared, &options).unwrap();
+        let robot = bus.robot("huey").unwrap().open();
+        let ports: Vec<_> = (0..writers).map(|_| robot.publisher::<P>().unwrap()).collect();
+        let readers: Vec<_> = (0..limits::READERS).map(|_| robot.subscriber::<P>().unwrap()).collect();
+        let mut ports = ports;
+        for port in &mut ports {
+            assert_eq!(port.publish(P::default()).unwrap(), readers.len()); // Now the connections exist.
+        }
+        let Fabric::Shared { _session: session, reserved, .. } = bus.fabric() else { unreachable!() };
+        let prefix = session.prefix();
+        let real = std::fs::read_dir("/dev/shm").unwrap().flatten().filter_map(|entry| {
+            let ours = entry.file_name().to_string_lossy().starts_with(&prefix);
+            ours.then(|| entry.metadata().map_or(0, |status| status.size()))
+        });
+        (reserved.load(std::sync::atomic::Ordering::Relaxed), real.sum())
+    }
+
+    #[test]
+    fn what_is_reserved_covers_what_the_files_may_grow_to() {
+        for (reserved, real) in [
+            reserved_and_real::<SonarScan>(1),
+            reserved_and_real::<Odometry>(1),
+            reserved_and_real::<BaseNotice>(1),
+            reserved_and_real::<BaseClaim>(1),
+            reserved_and_real::<BaseClaim>(limits::NODES),
+        ] {
+            assert!((real..2 * real).contains(&reserved), "{reserved} reserved for {real}");
+        }
     }
 }

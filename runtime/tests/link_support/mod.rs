@@ -1,6 +1,8 @@
 //! What the tests of links share.
 #![allow(dead_code, clippy::unwrap_used)] // No test uses all of it.
 
+pub mod actors;
+
 use std::path::{Path, PathBuf};
 
 use iceoryx2::prelude::ZeroCopySend;
