@@ -232,7 +232,7 @@ fn what_is_fired_together_may_stay_together() {
     let ring = ring(16, 0.05, program(&[0x0101, 0x0202, 0x0404, 0x0808], 0.0));
     let mut floor = SafetyFloor::new(&ring, 0x0303, 0.15).unwrap();
     let (merged, _) = floor.merge(&program(&[0x1000], 0.0));
-    assert_eq!(merged.slots[..], [0x1000, 0x0101, 0x0202]);
+    assert_eq!(merged.slots[..], [0x0101, 0x0202, 0x1000]);
 }
 
 #[test]
@@ -276,12 +276,12 @@ fn the_floor_stands_whoever_has_the_sonar() {
     let at = Time::from_secs_f64;
 
     let nobody = arbiter.decide(at(0.0));
-    assert_eq!((nobody.holder, nobody.floor), (ClientId::NONE, 0b1));
+    assert_eq!((nobody.holder, nobody.floor, nobody.reserved), (ClientId::NONE, 0b1, 0b1));
     arbiter.claim(&ask(ClientId(0), &[0b100], at(1.0)));
     let mapper = arbiter.decide(at(1.0));
     assert_eq!(
         (mapper.holder, mapper.rule(), mapper.program.slots[..].to_vec()),
-        (ClientId(0), BaseRule::OnlyClaim, vec![0b100, 0b1])
+        (ClientId(0), BaseRule::OnlyClaim, vec![0b1, 0b100])
     );
     arbiter.claim(&ask(ClientId(1), &[0b1], at(2.0)));
     let avoidance = arbiter.decide(at(2.0));
@@ -289,5 +289,5 @@ fn the_floor_stands_whoever_has_the_sonar() {
     assert_eq!(avoidance.held_back()[0].rule(), BaseRule::HangingOn);
     arbiter.claim(&ask(ClientId(1), &[], at(3.0)));
     let again = arbiter.decide(at(3.0));
-    assert_eq!((again.holder, again.since, again.floor), (ClientId(0), at(3.0), 0b1));
+    assert_eq!((again.holder, again.since, again.floor, again.reserved), (ClientId(0), at(3.0), 0b1, 0b1));
 }

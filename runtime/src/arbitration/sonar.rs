@@ -71,7 +71,7 @@ struct Merged {
 ///
 /// let decision = arbiter.decide(Time::START);
 /// assert_eq!(decision.holder, ClientId(0));
-/// assert_eq!(decision.program.slots[..], [0b1000, 0b0001]);
+/// assert_eq!(decision.program.slots[..], [0b0001, 0b1000]);
 /// assert_eq!(decision.floor, 0b0001);
 /// # Ok::<(), orienteer_runtime::arbitration::sonar::FloorError>(())
 /// ```
@@ -135,7 +135,7 @@ impl SonarArbiter {
         let mut decision = SonarDecision::default().because(rule(&self.line, 0));
         decision.stamp = now;
         (decision.holder, decision.since) = self.held.unwrap_or((ClientId::NONE, now));
-        (decision.program, decision.floor) = (merged.program, merged.added);
+        (decision.program, decision.floor, decision.reserved) = (merged.program, merged.added, self.floor.transducers());
         for place in 1..self.line.len() {
             decision.hold_back(HeldBack::new(self.line[place].client, rule(&self.line, place)));
         }

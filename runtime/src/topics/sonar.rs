@@ -208,10 +208,13 @@ pub struct SonarDecision {
     pub stamp: Time,
     /// Whose program runs; nobody means the ring's own default.
     pub holder: ClientId,
-    /// The program with the safety floor worked in.
+    /// The program with the safety floor worked in. A pass that has begun is finished before another program is taken up.
     pub program: FiringProgram,
-    /// Transducers that are fired more often than the holder asked, because the safety floor demands it.
+    /// Transducers whose firings the safety floor has added to, as a bit mask.
     pub floor: u32,
+    /// All transducers of the safety floor, as a bit mask, whoever has them fired. Neither averaging over rings nor the
+    /// length of a pass must keep their readings from avoidance.
+    pub reserved: u32,
     /// Since when the holder has had the sonar without a break; the stamp if nobody has it.
     pub since: Time,
     rule: u16,

@@ -8,8 +8,10 @@
 //!
 //! 1. A program that fires every floor transducer often enough is left alone.
 //! 2. Otherwise its period is cut to `D`: with idle time between passes, no order of slots could help.
-//! 3. After every `K − m` of its slots, and after its last, the `m` floor slots are inserted.
-//! 4. Of what was inserted, whatever turns out not to be needed is taken out again, slot by slot, then transducer by transducer.
+//! 3. The `m` floor slots are inserted at the start and after every `K − m` of its slots. They come first, so that a ring whose program is
+//!    changed in the middle of a pass fires them soonest.
+//! 4. Of what was inserted, whatever turns out not to be needed is taken out again, slot by slot from the last, then transducer by
+//!    transducer.
 //! 5. If that is more than the 32 slots which a program may have, nothing is inserted; instead, the floor's transducers are fired
 //!    *together with* the program's own: the `n` slots are divided into `⌈n / K⌉` blocks of nearly equal length, and floor slot `j`
 //!    joins slot `j` of each block (counted round if the block is shorter). This may cost cross-talk, never safety.
@@ -22,8 +24,9 @@
 //! once, and fire once every `D`. Joining: equal places of successive blocks are one block's length apart, at most
 //! `K`. Taking out is checked case by case.
 //!
-//! The bound is for a program that runs on. When programs change, the ring may finish a pass first; the gap across
-//! the change is at most the sum of the two programs' bounds.
+//! The bound is for a program that runs on. A ring that finishes its pass before it takes up another program has fired every
+//! floor transducer less than `D` before that, and does so again within `D` after: the gap across a change is below `2 D`,
+//! and no client can make it longer by changing its program all the time.
 
 use thiserror::Error;
 
@@ -163,8 +166,8 @@ impl SafetyFloor {
         let room = self.budget - self.slots.len();
         let floor = || self.slots.iter().map(|added| Slot { own: 0, added: *added });
         for chunk in program.slots.chunks(room) {
-            work.extend(chunk.iter().map(|own| Slot { own: *own, added: 0 }));
             work.extend(floor());
+            work.extend(chunk.iter().map(|own| Slot { own: *own, added: 0 }));
         }
         if program.slots.is_empty() {
             work.extend(floor());
