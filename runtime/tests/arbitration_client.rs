@@ -205,6 +205,53 @@ fn surrender_can_be_chosen_while_overridden() {
 }
 
 #[test]
+fn a_grant_that_crosses_a_surrender_is_not_taken() {
+    let mut robot = Robot::new(&[5, 10]);
+    robot.handles[0].drive(AHEAD);
+    robot.step();
+    robot.handles[1].stop();
+    robot.step();
+    robot.handles[0].surrender();
+    robot.handles[1].release();
+    let mut claims = 0;
+    let decision = robot.step_losing(|what| {
+        claims += u8::from(what == 0);
+        what == 0 && claims == 1
+    });
+    assert_eq!(decision.holder, ClientId(0), "its surrender was lost");
+    assert_eq!(robot.handles[0].state(), BaseState::Overridden { by: ClientId(1) });
+    assert_eq!(robot.step().holder, ClientId::NONE);
+}
+
+#[test]
+fn any_sign_of_an_override_will_do() {
+    let at = Time::from_nanos;
+    let (me, other) = (ClientId(0), ClientId(1));
+    let mut moves = BaseNotice::new(at(2), me, 1, NoticeKind::OverriderMoves, other);
+    moves.motion = Motion::velocity(BACK);
+    let mut decision = BaseDecision::default();
+    (decision.stamp, decision.holder, decision.transaction) = (at(2), other, 4);
+    for (notices, decision, motion) in [(vec![moves], None, moves.motion), (vec![], Some(&decision), Motion::STOP)] {
+        let mut handle = BaseHandle::new(me);
+        let id = handle.translate(1.0, 0.1);
+        handle.hear(&[BaseNotice::new(at(1), me, 1, NoticeKind::Granted, ClientId::NONE)], None, None);
+        handle.hear(&notices, decision, None);
+        assert_eq!(handle.state(), BaseState::Overridden { by: other });
+        assert_eq!(handle.motion_state(id), MotionState::Blocked);
+        assert_eq!(handle.overrider_motion(), motion);
+        // What an overrider did once is forgotten by the next time.
+        let mut again = BaseDecision::default();
+        for (stamp, holder, transaction) in [(3, me, 1), (4, ClientId(2), 7)] {
+            (again.stamp, again.holder, again.transaction) = (at(stamp), holder, transaction);
+            handle.hear(&[], Some(&again), None);
+        }
+        assert_eq!((handle.state(), handle.overrider_motion()), (BaseState::Overridden { by: ClientId(2) }, Motion::STOP));
+        handle.hear(&[BaseNotice::new(at(5), me, 1, NoticeKind::OverriderMoves, ClientId(3))], None, None);
+        assert_eq!(handle.state(), BaseState::Overridden { by: ClientId(3) });
+    }
+}
+
+#[test]
 fn a_wait_ends_as_busy_and_the_next_command_begins_anew() {
     let mut robot = Robot::new(&[5, 5]);
     robot.handles[0].stop();

@@ -152,7 +152,8 @@ proptest! {
             let now = Time::from_nanos(step as u64 + 1);
             for (client, lease, slot) in claims {
                 let valid_until = Time::from_nanos(now.as_nanos() + lease);
-                arbiter.claim(&SonarClaim { client: ClientId(*client), stamp: now, valid_until, program: program(&[*slot], 0.0) });
+                let (client_id, program) = (ClientId(*client), program(&[*slot], 0.0));
+                arbiter.claim(&SonarClaim { client: client_id, stamp: now, valid_until, program });
                 if let Some(wish) = wishes.get_mut(usize::from(*client)) {
                     *wish = (valid_until, *slot);
                 }

@@ -1,9 +1,9 @@
 //! A second opinion on the arbitration of the base.
 //!
-//! [`protocol`] decides the same histories as [`BaseArbiter`] in another way: it turns claims into the messages of
-//! the protocol as Randazza (1989) words it (begin, end, warning of an override), and replays them with an owner, a stack
-//! of overridden owners, and a first-in first-out queue for each priority. [`properties`] watches the arbiter from outside for what must
-//! hold in any case, and asks it again about altered histories. [`check_histories`] compares on random ones.
+//! `protocol` decides the same histories as [`BaseArbiter`] in another way: it turns claims into the messages of
+//! the protocol as Randazza (1989) words it (begin, end, warning of an override), and replays them with an owner, a stack of
+//! overridden owners, and a first-in first-out queue for each priority. `properties` watches the arbiter from outside for
+//! what must hold in any case, and asks it again about altered histories. [`check_histories`] compares on random ones.
 
 mod history;
 mod properties;

@@ -283,7 +283,11 @@ impl BaseHandle {
             NoticeKind::Granted => self.state = BaseState::Holding,
             NoticeKind::Overridden => self.be_overridden(notice.by),
             NoticeKind::OverriderMoves => {
-                self.state = BaseState::Overridden { by: notice.by };
+                match self.state {
+                    BaseState::Overridden { .. } => self.state = BaseState::Overridden { by: notice.by },
+                    // The first word of it has been lost.
+                    _ => self.be_overridden(notice.by),
+                }
                 self.overrider_motion = notice.motion;
             }
             NoticeKind::Busy => self.close(BaseState::Busy),
@@ -296,12 +300,7 @@ impl BaseHandle {
             return;
         }
         self.heard = decision.stamp;
-        let names_me = decision.holder == self.client;
-        if names_me && self.number == 0 {
-            // Somebody used this client's name before, and its claim has not lapsed: a restart. Count on from there.
-            self.number = decision.transaction;
-        }
-        let mine = names_me && self.open && decision.transaction == self.number;
+        let mine = self.open && (decision.holder, decision.transaction) == (self.client, self.number);
         match (self.state, decision.holder.known()) {
             (BaseState::Waiting | BaseState::Overridden { .. }, _) if mine => self.state = BaseState::Holding,
             (BaseState::Holding, Some(by)) if !mine => self.be_overridden(by),

@@ -8,21 +8,22 @@
 //!
 //! 1. A program that fires every floor transducer often enough is left alone.
 //! 2. Otherwise its period is cut to `D`: with idle time between passes, no order of slots could help.
-//! 3. The `m` floor slots are inserted at the start and after every `K − m` of its slots. They come first, so that a ring whose program is
-//!    changed in the middle of a pass fires them soonest.
-//! 4. Of what was inserted, whatever turns out not to be needed is taken out again, slot by slot from the last, then transducer by
-//!    transducer.
-//! 5. If that is more than the 32 slots which a program may have, nothing is inserted; instead, the floor's transducers are fired
-//!    *together with* the program's own: the `n` slots are divided into `⌈n / K⌉` blocks of nearly equal length, and floor slot `j`
-//!    joins slot `j` of each block (counted round if the block is shorter). This may cost cross-talk, never safety.
+//! 3. The `m` floor slots are inserted at the start and after every `K − m` of its slots. They come first, so that a ring
+//!    whose program is changed in the middle of a pass fires them soonest.
+//! 4. Of what was inserted, whatever turns out not to be needed is taken out again, slot by slot from the last, then
+//!    transducer by transducer.
+//! 5. If that is more than the 32 slots which a program may have, nothing is inserted; instead, the floor's transducers are
+//!    fired *together with* the program's own: the `n` slots are divided into `⌈n / K⌉` blocks of nearly equal length, and
+//!    floor slot `j` joins slot `j` of each block (counted round if the block is shorter). This may cost cross-talk, never
+//!    safety.
 //!
 //! # Why the bound holds
 //!
 //! Inserting: from one firing of a floor transducer to the next there are at most `K − m` slots of the program and `m` of the
-//! floor, so `K s ≤ D`. This goes for the step from one pass to the next, too, unless the ring then waits for the period. It waits
-//! only if the pass is shorter than `D` (the period was cut), hence no longer than `K` slots; so the floor slots stand in it
-//! once, and fire once every `D`. Joining: equal places of successive blocks are one block's length apart, at most
-//! `K`. Taking out is checked case by case.
+//! floor, so `K s ≤ D`. This goes for the step from one pass to the next, too, unless the ring then waits for the period.
+//! It waits only if the pass is shorter than `D` (the period was cut), hence no longer than `K` slots; so the floor slots
+//! stand in it once, and fire once every `D`. Joining: equal places of successive blocks are one block's length apart, at
+//! most `K`. Taking out is checked case by case.
 //!
 //! The bound is for a program that runs on. A ring that finishes its pass before it takes up another program has fired every
 //! floor transducer less than `D` before that, and does so again within `D` after: the gap across a change is below `2 D`,
