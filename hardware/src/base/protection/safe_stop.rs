@@ -1,0 +1,156 @@
+//! Always a way to stop.
+//!
+//! A base that is told to stop does not stop, it brakes; and one that is told to turn off may turn sooner or later than it slows
+//! down. So it is not enough that the demanded arc is free. The rule kept here is:
+//!
+//! > After every control period the base can brake, **on the curve that it is then on**, before it touches anything that it sees.
+//!
+//! For a command `(u, κ·u)` the state after the period follows from the platform's accelerations: `v' = ramp(v → u, a)`, `ω' = ramp(ω → κu, α)`, and the
+//! pose after the arc of the means. The command is safe if that arc is free, and if from its end
+//!
+//! ```text
+//! v'·latency + v'² / 2b  ≤  free(κ') − margin,      κ' = ω' / v',     b = share · min(a, α / |κ'|)
+//! ```
+//!
+//! `b` is no more than keeps the base on its curve while it brakes: there the turn rate has to fall in step with the speed. If
+//! the demand is not safe, the fastest safe command on its curve is taken; if not even a stop is (turning off the present
+//! curve while braking would touch something), the base brakes on its present curve, which the rule kept one period before.
+
+use nalgebra::Rotation2;
+use orienteer_runtime::{
+    geometry::{Pose, Twist},
+    robot_model::Platform,
+};
+
+use super::{ProtectionConfig, sight::Obstacle, swept_path::SweptPath};
+use crate::base::profile::ramp;
+
+/// Slower than this, m/s, counts as standing.
+const STANDING: f64 = 1e-4;
+
+/// No command is permitted below this, m/s.
+const CREEP: f64 = 2e-3;
+
+/// What the base is doing now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Velocity, the speed rather over- than underestimated.
+    pub twist: Twist,
+    /// The speed rather under- than overestimated, m/s, without sign.
+    pub surely: f64,
+}
+
+impl Motion {
+    /// What a base that measured `measured` may be doing, if `commanded` was its command since. Drivers may measure the mean over
+    /// the last period, in which it may have changed.
+    #[must_use]
+    pub fn estimate(measured: Twist, commanded: Twist, platform: &Platform, period: f64) -> Self {
+        let sense = if measured.linear == 0.0 { commanded.linear.signum() } else { measured.linear.signum() };
+        let (speed, told) = (sense * measured.linear, (sense * commanded.linear).max(0.0));
+        let change = platform.acceleration * period;
+        let (angular, _) = ramp(measured.angular, commanded.angular, platform.angular_acceleration, 0.5 * period);
+        Self {
+            twist: Twist::new(sense * speed.max(told.min(speed + change)), angular),
+            surely: speed.min(told.max(speed - change)).max(0.0),
+        }
+    }
+}
+
+/// Judges commands against what the sonar sees.
+#[derive(Debug)]
+pub struct SafeStop<'a> {
+    /// The base.
+    pub platform: &'a Platform,
+    /// Its protection's settings.
+    pub config: &'a ProtectionConfig,
+    /// What it is doing.
+    pub motion: Motion,
+    /// What may be there, in the robot frame of now.
+    pub obstacles: &'a [Obstacle],
+}
+
+impl SafeStop<'_> {
+    /// The demand if it is safe, else the fastest safe command on its curve, else braking on the present curve.
+    pub fn fastest(&self, demand: Twist) -> Twist {
+        if self.is_safe(demand) {
+            return demand;
+        }
+        if !self.is_safe(Twist::STOP) {
+            return self.brake();
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..12 {
+            let middle = 0.5 * (low + high);
+            if self.is_safe(scaled(demand, middle)) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let fastest = scaled(demand, low);
+        // Bisection creeps; a base that may do no more than that stands.
+        if fastest.linear.abs() > CREEP { fastest } else { Twist::STOP }
+    }
+
+    /// No command on the way to `demand` needs more path than this to come to rest, m.
+    pub fn reach(&self, demand: Twist) -> f64 {
+        let (now, config) = (self.motion.twist, self.config);
+        let speed = now.linear.abs().max(demand.linear.abs().min(now.linear.abs() + self.platform.acceleration * config.period));
+        let rate = now.angular.abs().max(demand.angular.abs());
+        let braking = (speed * speed / self.platform.acceleration).max(speed * rate / self.platform.angular_acceleration);
+        speed * (config.period + config.latency) + braking / (2.0 * config.braking_share) + config.margin
+    }
+
+    /// As hard as the present curve can be kept.
+    fn brake(&self) -> Twist {
+        let Motion { twist, surely } = self.motion;
+        let present = Twist::new(surely.copysign(twist.linear), twist.angular);
+        let left = surely - self.deceleration(present) * self.config.period;
+        // Nothing is left of a speed that is gone within the period; the quotient keeps the curve.
+        if left > 0.0 { scaled(present, left / surely) } else { Twist::STOP }
+    }
+
+    /// Largest deceleration at which the turn rate can fall in step with the speed.
+    fn deceleration(&self, twist: Twist) -> f64 {
+        let on_curve = self.platform.angular_acceleration * twist.linear.abs() / twist.angular.abs();
+        if on_curve.is_nan() { self.platform.acceleration } else { self.platform.acceleration.min(on_curve) }
+    }
+
+    fn is_safe(&self, command: Twist) -> bool {
+        let (now, period) = (self.motion.twist, self.config.period);
+        let (linear, way) = ramp(now.linear, command.linear, self.platform.acceleration, period);
+        let (angular, turn) = ramp(now.angular, command.angular, self.platform.angular_acceleration, period);
+        let after = Twist::new(linear, angular);
+        if way.abs() > STANDING * period && self.free(Pose::default(), Twist::new(way, turn)) < way.abs() {
+            return false;
+        }
+        if linear.abs() < STANDING {
+            return true;
+        }
+        let speed = linear.abs();
+        let braking = speed * self.config.latency + speed * speed / (2.0 * self.config.braking_share * self.deceleration(after));
+        let needed = braking + self.config.margin;
+        self.free(Pose::default().along_arc(way, turn), after) >= needed
+    }
+
+    /// Free path length of the arc of `twist` from `pose` (robot frame of now) on.
+    fn free(&self, pose: Pose, twist: Twist) -> f64 {
+        let body = self.platform.radius + self.config.clearance;
+        let Some(path) = SweptPath::new(twist, body) else { return f64::INFINITY };
+        let back = Rotation2::new(-pose.heading);
+        let mut free = f64::INFINITY;
+        for obstacle in self.obstacles {
+            let point = back * (obstacle.point - pose.point());
+            free = free.min(path.to_point(point.into()));
+            if obstacle.is_wall {
+                let normal = back * obstacle.ray;
+                free = free.min(path.to_wall(normal, normal.dot(&point)));
+            }
+        }
+        free
+    }
+}
+
+fn scaled(twist: Twist, share: f64) -> Twist {
+    Twist::new(share * twist.linear, share * twist.angular)
+}

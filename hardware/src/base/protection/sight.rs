@@ -1,0 +1,260 @@
+//! What the ring has seen, kept where it was seen.
+//!
+//! A reading is fixed in the odometry frame, at the pose that the base had when the transducer was read, so that what the base
+//! has driven since then is taken off exactly; nothing has to be guessed from the reading's age.
+//!
+//! A newer reading of a transducer replaces the older one, unless the base has turned in between: then the beam has left what it
+//! met, and the beam that now looks there may not have been read yet. What it met is kept for a while.
+
+use nalgebra::{Point2, Rotation2, Vector2};
+use orienteer_runtime::{
+    geometry::{Pose, angle},
+    robot_model::{Ring, Transducer},
+    time::Time,
+    topics::{Echo, Odometry, SonarScan},
+};
+
+/// How many poses are remembered; at 10 ms, 0.6 s.
+const POSES: usize = 64;
+/// A beam that has turned by more than this, rad, looks elsewhere.
+const ELSEWHERE: f64 = 0.05;
+/// For how long what a beam has turned away from is kept, s.
+const KEPT: f64 = 0.5;
+/// Readings of a transducer less than this much newer than the stored one are the same reading.
+const SAME_READING: f64 = 1e-3;
+/// How far two readings of one wall may disagree, m.
+const RANGE_ERROR: f64 = 0.015;
+/// Transducers whose beams point farther apart than this are no neighbours.
+const NEIGHBOUR: f64 = 1.05;
+
+/// The newest reading of one transducer.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    taken: Time,
+    /// The transducer's face when it was read, odometry frame.
+    face: Pose,
+    echo: Echo,
+}
+
+impl Reading {
+    /// Range of what was met, and whether it was too near to tell: then it is no farther than that. `None` if nothing answered.
+    fn met(&self, min_range: f64) -> Option<(f64, bool)> {
+        match self.echo {
+            Echo::Range(range) => Some((f64::from(range), false)),
+            Echo::TooNear => Some((min_range, true)),
+            Echo::Nothing | Echo::NotFired => None,
+        }
+    }
+}
+
+/// Something that may be there, in the robot frame of now: one of the places within a beam that an echo may have come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Obstacle {
+    /// The place.
+    pub point: Point2<f64>,
+    /// Direction of the ray that met it.
+    pub ray: Vector2<f64>,
+    /// It may be a wall that the ray meets at a right angle.
+    pub is_wall: bool,
+}
+
+/// A beam that met something, in the robot frame of now.
+#[derive(Debug, Clone, Copy)]
+struct Beam {
+    /// The transducer's face when it was read.
+    face: Point2<f64>,
+    /// The beam's axis.
+    axis: Vector2<f64>,
+    /// Half the beam's opening, rad.
+    half: f64,
+    /// Distance from the face, m.
+    range: f64,
+    /// The reading said "too near": the thing is somewhere between the face and `range`.
+    too_near: bool,
+}
+
+/// The memory of a ring.
+#[derive(Debug, Clone)]
+pub struct Sight {
+    transducers: Vec<Transducer>,
+    neighbours: Vec<[Option<usize>; 2]>,
+    min_range: f64,
+    readings: Vec<Option<Reading>>,
+    /// What the beams met before they turned away.
+    kept: Vec<Option<Reading>>,
+    poses: [(Time, Pose); POSES],
+    newest: usize,
+    known: usize,
+    met: Vec<Option<Beam>>,
+}
+
+impl Sight {
+    /// A ring that has not seen anything yet.
+    #[must_use]
+    pub fn new(ring: &Ring) -> Self {
+        let transducers = ring.transducers.clone();
+        let neighbours = (0..transducers.len()).map(|i| neighbours(&transducers, i)).collect();
+        Self {
+            neighbours,
+            min_range: ring.min_range,
+            readings: vec![None; transducers.len()],
+            kept: vec![None; transducers.len()],
+            met: vec![None; 2 * transducers.len()],
+            transducers,
+            poses: [(Time::START, Pose::default()); POSES],
+            newest: 0,
+            known: 0,
+        }
+    }
+
+    /// Remembers where the base was.
+    pub fn pass(&mut self, odometry: &Odometry) {
+        let newest = self.poses[self.newest].0;
+        if self.known > 0 && odometry.stamp <= newest {
+            return;
+        }
+        self.newest = (self.newest + 1) % POSES;
+        self.known = (self.known + 1).min(POSES);
+        self.poses[self.newest] = (odometry.stamp, odometry.pose);
+    }
+
+    /// Where the base was at a time; the nearest known pose if that was before or after all that is remembered.
+    fn pose_at(&self, time: Time) -> Pose {
+        let mut later = self.poses[self.newest];
+        for back in 0..self.known {
+            let earlier = self.poses[(self.newest + POSES - back) % POSES];
+            if earlier.0 <= time {
+                let span = later.0.secs_since(earlier.0);
+                return if span > 0.0 {
+                    earlier.1.interpolate(later.1, (time.secs_since(earlier.0) / span).min(1.0))
+                } else {
+                    earlier.1
+                };
+            }
+            later = earlier;
+        }
+        later.1
+    }
+
+    /// Takes in what is new in a scan.
+    pub fn take(&mut self, scan: &SonarScan) {
+        for i in 0..self.transducers.len().min(scan.len()) {
+            let age = f64::from(scan.age(i));
+            let echo = scan.echo(i);
+            if echo == Echo::NotFired || !(0.0..60.0).contains(&age) {
+                continue;
+            }
+            let taken = scan.stamp - std::time::Duration::from_secs_f64(age);
+            let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
+            if is_new {
+                let face = self.pose_at(taken).then(self.transducers[i].mount);
+                let old = self.readings[i].replace(Reading { taken, face, echo });
+                if old.is_some_and(|old| {
+                    old.met(self.min_range).is_some() && angle::turn(old.face.heading, face.heading).abs() > ELSEWHERE
+                }) {
+                    self.kept[i] = old;
+                }
+            }
+        }
+    }
+
+    /// How well the ring looks along a bearing of the robot frame: `None` if no beam points within `half_angle` of it, else the age
+    /// in seconds of the oldest of these beams' readings (infinite for a beam that was never read).
+    pub fn age_towards(&self, now: Time, bearing: f64, half_angle: f64) -> Option<f64> {
+        let mut oldest = None;
+        for (transducer, reading) in self.transducers.iter().zip(&self.readings) {
+            if angle::turn(bearing, transducer.mount.heading).abs() <= half_angle {
+                let age = reading.map_or(f64::INFINITY, |reading| now.secs_since(reading.taken));
+                oldest = Some(oldest.unwrap_or(0.0f64).max(age));
+            }
+        }
+        oldest
+    }
+
+    /// The beams that met something no longer than `max_age` ago, as seen from `pose` (odometry frame).
+    fn turn_to(&mut self, now: Time, pose: Pose, max_age: f64) {
+        let (sin, cos) = pose.heading.sin_cos();
+        let count = self.transducers.len();
+        for (slot, reading) in self.readings.iter().chain(&self.kept).enumerate() {
+            let oldest = if slot < count { max_age } else { KEPT };
+            let fresh = reading.filter(|reading| now.secs_since(reading.taken) <= oldest);
+            self.met[slot] = fresh.and_then(|reading| {
+                let (range, too_near) = reading.met(self.min_range)?;
+                let (dx, dy) = (reading.face.x - pose.x, reading.face.y - pose.y);
+                let (axis_sin, axis_cos) = (reading.face.heading - pose.heading).sin_cos();
+                Some(Beam {
+                    face: Point2::new(cos * dx + sin * dy, cos * dy - sin * dx),
+                    axis: Vector2::new(axis_cos, axis_sin),
+                    half: self.transducers[slot % count].half_beam,
+                    range,
+                    too_near,
+                })
+            });
+        }
+    }
+
+    /// Where the beams' axes met something, as seen from `pose` (odometry frame).
+    pub fn points(&mut self, now: Time, pose: Pose, max_age: f64) -> impl Iterator<Item = Point2<f64>> + '_ {
+        self.turn_to(now, pose, max_age);
+        self.met.iter().flatten().map(|beam| beam.face + beam.axis * beam.range)
+    }
+
+    /// Replaces `obstacles` by all that may be there within `reach` of a body of radius `body` that stands at `pose` (odometry
+    /// frame), by readings no older than `max_age`.
+    pub fn look(&mut self, now: Time, pose: Pose, max_age: f64, body: f64, reach: f64, obstacles: &mut Vec<Obstacle>) {
+        self.turn_to(now, pose, max_age);
+        obstacles.clear();
+        let count = self.transducers.len();
+        for (slot, beam) in self.met.iter().enumerate() {
+            let Some(beam) = beam else { continue };
+            // No place in the beam, and no wall through it, is nearer to the centre than this.
+            if !beam.too_near && beam.range - beam.face.coords.norm() > body + reach {
+                continue;
+            }
+            // What was kept is compared with what its neighbours kept, as they looked about there at that time.
+            let row = slot - slot % count;
+            let beside = self.neighbours[slot % count].map(|neighbour| neighbour.and_then(|j| self.met[row + j]));
+            // One ray each 3.5° or less; between two of them the arc bends by less than 0.2 % of the range.
+            let halves = (beam.half / 0.061).ceil().max(1.0);
+            let step = Rotation2::new(beam.half / halves);
+            let mut ray = Rotation2::new(-beam.half) * beam.axis;
+            for _ in 0..=2 * halves as usize {
+                let point = beam.face + ray * beam.range;
+                obstacles.push(Obstacle { point, ray, is_wall: may_be_wall(&beside, ray, ray.dot(&point.coords)) });
+                if beam.too_near {
+                    // It may be anywhere between the face and here, so also where it touches.
+                    obstacles.push(Obstacle { point: (ray * (0.999 * body)).into(), ray, is_wall: false });
+                }
+                ray = step * ray;
+            }
+        }
+    }
+}
+
+impl Beam {
+    /// The range at which this beam would meet the wall of all points `p` with `normal · p = distance`: where the ray that comes
+    /// nearest to the normal hits it.
+    fn range_of_wall(&self, normal: Vector2<f64>, distance: f64) -> f64 {
+        let (cos, sin) = (self.axis.dot(&normal), self.axis.perp(&normal).abs());
+        let (sin_half, cos_half) = self.half.sin_cos();
+        // cos(max(0, angle − half)): the incidence of that ray
+        let incidence = if cos >= cos_half { 1.0 } else { cos * cos_half + sin * sin_half };
+        if incidence <= 0.0 { f64::INFINITY } else { (distance - normal.dot(&self.face.coords)) / incidence }
+    }
+}
+
+/// True if the neighbouring beams allow that a beam looks straight at that wall: each of them that meets anything must not meet it
+/// before it could meet the wall. Something else that stands nearer counts for itself.
+fn may_be_wall(beside: &[Option<Beam>; 2], normal: Vector2<f64>, distance: f64) -> bool {
+    let nearer = |beam: &Beam| beam.range < beam.range_of_wall(normal, distance) - RANGE_ERROR;
+    !beside.iter().flatten().any(nearer)
+}
+
+/// The transducers that point next to `i` on either side.
+fn neighbours(transducers: &[Transducer], i: usize) -> [Option<usize>; 2] {
+    let own = transducers[i].mount.heading;
+    [1.0, -1.0].map(|side| {
+        let off = |j: &usize| side * angle::turn(own, transducers[*j].mount.heading);
+        (0..transducers.len()).filter(|j| off(j) > 1e-6 && off(j) <= NEIGHBOUR).min_by(|a, b| off(a).total_cmp(&off(b)))
+    })
+}
