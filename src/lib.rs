@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 pub mod mission;
+pub mod reproduce;
 mod registry;
 
 pub use orienteer_agents as agents;
