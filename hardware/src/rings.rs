@@ -1,8 +1,8 @@
 //! Sonar rings by name, and rings of your own.
 //!
-//! A [`NamedRing`] is where the transducers are, when they fire, and how they hear ([`SonarModel`]). Indices are those of the
-//! ring's source, so that programs and tables of that source can be used as they stand; frames are ours (x forward, y to the
-//! left, counter-clockwise).
+//! A [`NamedRing`] is where the transducers are, when they fire, and how they hear
+//! ([`SonarModel`](crate::echo::SonarModel)). Indices are those of the ring's source, so that programs and tables of that source
+//! can be used as they stand; frames are ours (x forward, y to the left, counter-clockwise).
 //!
 //! | name | robot | transducers | source |
 //! |---|---|---|---|

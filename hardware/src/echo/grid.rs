@@ -4,7 +4,7 @@ use thiserror::Error;
 /// How well a person sends sound back unless somebody knows better: clothes swallow about half of it.
 pub const PERSON_REFLECTANCE: f64 = 0.5;
 
-/// Side of a grid cell, m. One metre was the fastest for beams of a few metres among worlds of 50 to 5000 segments.
+/// Side of a grid cell, m: a beam of a few metres then reads a handful of cells, each with a handful of walls.
 const CELL: f64 = 1.0;
 /// Cells grow beyond [`CELL`] rather than become more than this.
 const MAX_CELLS: f64 = 4e6;

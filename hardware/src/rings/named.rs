@@ -116,7 +116,7 @@ fn luey_8_front() -> NamedRing {
 /// Surfaces must be met within 15°, less from far away (10° to 2 m), and every material of his world is heard to 2.3 m if it
 /// reflects half. The drawing of the array is lost; positions follow from what text and listing fix (names, side sonars at
 /// 23 cm). The beam's width is nowhere printed: "much narrower" than the usual 15° to each side, and his own simulator takes
-/// it for a line. 5° is our choice.
+/// it for a line. 5° is our choice, and so is that corners are heard from half a metre.
 fn yamabico_12() -> NamedRing {
     let table = [
         [23.0, 12.0, 0.0],
