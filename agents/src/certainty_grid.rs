@@ -32,6 +32,7 @@ mod grid;
 pub mod marking;
 pub mod occupancy;
 pub mod pairs;
+mod ray;
 pub mod rcd;
 mod reshape;
 pub mod sector;

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Grid, level,
+    ray::first_wall,
     sector::{Coverage, Lattice, Sector},
     update::Update,
 };
@@ -171,7 +172,7 @@ impl Marker {
             Occlusion::Silence => reading.silent,
             Occlusion::All => true,
         };
-        let wall = if stopped { self.first_wall(grid, &reading.face, nominal - cell) } else { None };
+        let wall = if stopped { first_wall(grid, &reading.face, nominal - cell, self.config.wall_confidence) } else { None };
         match wall {
             Some(wall) if reading.silent => Sight { clear_to: wall, object: false },
             // Two cells on reach through a wall that is one cell thick, at any angle.
@@ -218,60 +219,6 @@ impl Marker {
                 update.apply(&mut grid.probabilities[slot..=slot], &mut grid.confidences[slot..=slot]);
             }
         }
-    }
-
-    /// Distance at which the axis first enters a firmly occupied cell nearer than `limit`.
-    fn first_wall(&self, grid: &Grid, face: &Pose, limit: f64) -> Option<f64> {
-        let Rays { mut index, step, mut next, per_cell } = Rays::new(grid, face)?;
-        let mut entered = 0.0;
-        while entered < limit {
-            if let Some(slot) = grid.slot(index)
-                && grid.confidences[slot] >= self.config.wall_confidence
-                && grid.probabilities[slot] >= grid.rules.thresholds.occupied
-            {
-                return Some(entered);
-            }
-            if next.x < next.y {
-                entered = next.x;
-                next.x += per_cell.x;
-                index.column = index.column.saturating_add(step.0);
-            } else {
-                entered = next.y;
-                next.y += per_cell.y;
-                index.row = index.row.saturating_add(step.1);
-            }
-        }
-        None
-    }
-}
-
-/// State of a walk from cell to cell along a ray (Amanatides and Woo, 1987).
-struct Rays {
-    index: super::CellIndex,
-    step: (i32, i32),
-    /// Distance along the ray to the next column and to the next row.
-    next: Vector2<f64>,
-    /// Distance along the ray from column to column and from row to row.
-    per_cell: Vector2<f64>,
-}
-
-impl Rays {
-    fn new(grid: &Grid, face: &Pose) -> Option<Self> {
-        let direction = face.direction();
-        if !(direction.x.is_finite() && direction.y.is_finite() && face.x.is_finite() && face.y.is_finite()) {
-            return None;
-        }
-        let cell = grid.cell_size();
-        let index = grid.index_of(face.point());
-        let past = face.point() - grid.corner_of(index);
-        let first = |past: f64, d: f64| if d > 0.0 { (cell - past) / d } else { -past / d };
-        let toward = |past: f64, d: f64| if d == 0.0 { f64::INFINITY } else { first(past, d).max(0.0) };
-        Some(Self {
-            index,
-            step: (if direction.x < 0.0 { -1 } else { 1 }, if direction.y < 0.0 { -1 } else { 1 }),
-            next: Vector2::new(toward(past.x, direction.x), toward(past.y, direction.y)),
-            per_cell: Vector2::new(cell / direction.x.abs(), cell / direction.y.abs()),
-        })
     }
 }
 

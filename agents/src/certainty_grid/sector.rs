@@ -41,7 +41,8 @@ pub struct Sector {
     pub half_angle: f64,
     /// Cells nearer to the face than this do not belong, m.
     pub inner: f64,
-    /// Cells as far from the face as this, or farther, do not belong, m.
+    /// Cells farther from the face than this do not belong, m. Of two sectors that share a circle, each cell on it belongs to
+    /// one.
     pub outer: f64,
     /// Which cells count.
     pub coverage: Coverage,
@@ -67,40 +68,50 @@ impl Lattice {
 /// Numbers beyond this, in cells or rad, are not those of a beam; it keeps conversions to integers far from their limits.
 const FARTHEST: f64 = 1e9;
 
-/// The half-plane `a·x + b·y ≤ d`, as a bound on `x` in a given row.
+/// The edges of a beam, as bounds on `x` in a row: `x ≥ slope·y + offset` for each of `lower`, `x ≤ ...` for each of `upper`.
+/// Slots that no edge needs hold a bound that the rim keeps anyway, so that the loop over rows has no branches.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
-    slope: f64,
-    at_zero: f64,
-    side: Side,
+struct Bounds {
+    lower: [(f64, f64); 3],
+    upper: [(f64, f64); 3],
+    /// Lowest and highest `y` that an edge parallel to the rows admits.
+    rows: (f64, f64),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Side {
-    Upper,
-    Lower,
-    /// The edge is parallel to the rows: it admits a row or it does not.
-    Row,
-}
-
-impl Edge {
-    fn new(a: f64, b: f64, d: f64) -> Self {
-        if a.abs() < 1e-9 {
-            return Self { slope: b, at_zero: d, side: Side::Row };
+impl Bounds {
+    /// For half-planes `a·x + b·y ≤ d`.
+    fn new(edges: [(f64, f64, f64); 3], outer: f64) -> Self {
+        let mut bounds = Self { lower: [(0.0, -outer); 3], upper: [(0.0, outer); 3], rows: (-outer, outer) };
+        for (slot, (a, b, d)) in edges.into_iter().enumerate() {
+            if a.abs() < 1e-9 {
+                let (low, high) = &mut bounds.rows;
+                if b > 0.0 {
+                    *high = high.min(d / b);
+                } else {
+                    *low = low.max(d / b);
+                }
+            } else if a > 0.0 {
+                bounds.upper[slot] = (-b / a, d / a);
+            } else {
+                bounds.lower[slot] = (-b / a, d / a);
+            }
         }
-        let side = if a > 0.0 { Side::Upper } else { Side::Lower };
-        Self { slope: -b / a, at_zero: d / a, side }
+        bounds
     }
 
-    #[inline]
-    fn narrow(&self, y: f64, low: &mut f64, high: &mut f64) {
-        let x = self.slope * y + self.at_zero;
-        match self.side {
-            Side::Upper => *high = high.min(x),
-            Side::Lower => *low = low.max(x),
-            Side::Row if self.slope * y > self.at_zero => *high = f64::NEG_INFINITY,
-            Side::Row => {}
+    /// Narrows `low..high` to what the edges admit in row `y`.
+    #[inline(always)]
+    fn narrow(&self, y: f64, mut low: f64, mut high: f64) -> (f64, f64) {
+        // Comparisons instead of `min` and `max`, which take pains with numbers that are none.
+        for (slope, offset) in self.lower {
+            let x = slope * y + offset;
+            low = if x > low { x } else { low };
         }
+        for (slope, offset) in self.upper {
+            let x = slope * y + offset;
+            high = if x < high { x } else { high };
+        }
+        (low, high)
     }
 }
 
@@ -119,13 +130,11 @@ impl Sector {
         if !reasonable || outer <= 0.0 {
             return;
         }
-        let (left, right, aside) = self.edges();
-        let edges = [
-            Edge::new(-left.1, left.0, aside.0),
-            Edge::new(right.1, -right.0, aside.1),
-            Edge::new(-self.bearing.cos(), -self.bearing.sin(), 0.0),
-        ];
+        let Beam { axis, left, right, aside } = self.beam();
+        let edges = [(-left.1, left.0, aside.0), (right.1, -right.0, aside.1), (-axis.0, -axis.1, 0.0)];
+        let bounds = Bounds::new(edges, outer);
         let (lowest, highest) = vertical_extent(left, right, outer, aside.0.max(aside.1));
+        let (lowest, highest) = (lowest.max(bounds.rows.0), highest.min(bounds.rows.1));
         let rows = clip(ceil(y0 + lowest), floor(y0 + highest) + 1, lattice.height);
         let (inner_squared, outer_squared) = (inner * inner, outer * outer);
         for row in rows {
@@ -134,45 +143,47 @@ impl Sector {
             if rest <= 0.0 {
                 continue;
             }
-            let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-            for edge in &edges {
-                edge.narrow(y, &mut low, &mut high);
-            }
-            // The rim itself is outside, the inner circle inside, so that sectors that share a circle share no cell.
+            // A run ends where the next may begin, so that sectors that share a circle share no cell.
             let chord = rest.sqrt();
-            let start = ceil(x0 + low.clamp(-outer - 1.0, outer + 1.0)).max(floor(x0 - chord) + 1);
-            let end = (floor(x0 + high.clamp(-outer - 1.0, outer + 1.0)) + 1).min(ceil(x0 + chord));
+            let (low, high) = bounds.narrow(y, -chord, chord);
+            let (start, end) = (ceil(x0 + low.min(outer)), ceil(x0 + high.max(-outer)));
             let hole = inner_squared - y * y;
+            let mut start = start;
             if hole > 0.0 {
                 let chord = hole.sqrt();
-                let before = clip(start, end.min(floor(x0 - chord) + 1), lattice.width);
-                let after = clip(start.max(ceil(x0 + chord)).max(before.end as i64), end, lattice.width);
-                for run in [before, after] {
-                    if !run.is_empty() {
-                        visit(row, run);
-                    }
+                let before = clip(start, end.min(ceil(x0 - chord)), lattice.width);
+                if !before.is_empty() {
+                    visit(row, before);
                 }
-            } else {
-                let run = clip(start, end, lattice.width);
-                if !run.is_empty() {
-                    visit(row, run);
-                }
+                start = start.max(ceil(x0 + chord));
+            }
+            let run = clip(start, end, lattice.width);
+            if !run.is_empty() {
+                visit(row, run);
             }
         }
     }
 
-    /// Unit vectors along the left and the right edge, and by how many cells each edge is moved outward.
-    fn edges(&self) -> ((f64, f64), (f64, f64), (f64, f64)) {
-        let half = self.half_angle.clamp(0.0, std::f64::consts::FRAC_PI_2);
-        let (left_sin, left_cos) = (self.bearing + half).sin_cos();
-        let (right_sin, right_cos) = (self.bearing - half).sin_cos();
+    fn beam(&self) -> Beam {
+        let (axis_sin, axis_cos) = self.bearing.sin_cos();
+        let (half_sin, half_cos) = self.half_angle.clamp(0.0, std::f64::consts::FRAC_PI_2).sin_cos();
+        let turned = |sin: f64| (axis_cos * half_cos - axis_sin * sin, axis_sin * half_cos + axis_cos * sin);
+        let (left, right) = (turned(half_sin), turned(-half_sin));
         let aside = match self.coverage {
             Coverage::Centre => (0.0, 0.0),
             Coverage::Connected => (0.5, 0.5),
-            Coverage::Touch => (0.5 * (left_sin.abs() + left_cos.abs()), 0.5 * (right_sin.abs() + right_cos.abs())),
+            Coverage::Touch => (0.5 * (left.0.abs() + left.1.abs()), 0.5 * (right.0.abs() + right.1.abs())),
         };
-        ((left_cos, left_sin), (right_cos, right_sin), aside)
+        Beam { axis: (axis_cos, axis_sin), left, right, aside }
     }
+}
+
+/// The directions of a sector as unit vectors, and by how many cells its edges are moved outward.
+struct Beam {
+    axis: (f64, f64),
+    left: (f64, f64),
+    right: (f64, f64),
+    aside: (f64, f64),
 }
 
 /// Lowest and highest `y` of the sector between two edges, relative to its apex.
@@ -190,24 +201,25 @@ fn vertical_extent(left: (f64, f64), right: (f64, f64), outer: f64, aside: f64) 
 }
 
 /// The part of `start..end` that lies in `0..count`.
-#[inline]
-fn clip(start: i64, end: i64, count: usize) -> Range<usize> {
-    let start = start.clamp(0, count as i64) as usize;
-    let end = end.clamp(0, count as i64) as usize;
-    start..end.max(start)
+#[inline(always)]
+fn clip(start: i32, end: i32, count: usize) -> Range<usize> {
+    let start = start.max(0) as usize;
+    let end = (end.max(0) as usize).min(count);
+    start..end
 }
 
-// The library's `floor` is a call on processors without SSE 4.1, which is what we compile for.
+/// The least whole number that is not less than `x`, for numbers below [`FARTHEST`] by magnitude twice over. Adding 1.5 · 2⁵²
+/// leaves no bits for a fraction: the sum's low bits are `x` rounded. (The library's function is a call on processors without
+/// SSE 4.1, which is what we compile for, and its conversion checks for numbers that can't occur here.)
 #[inline(always)]
-fn floor(x: f64) -> i64 {
-    let whole = x as i64;
-    whole - i64::from(whole as f64 > x)
+fn ceil(x: f64) -> i32 {
+    const ROUNDER: f64 = 6_755_399_441_055_744.0;
+    let sum = x + ROUNDER;
+    sum.to_bits() as i32 + i32::from(sum - ROUNDER < x)
 }
 
-#[inline(always)]
-fn ceil(x: f64) -> i64 {
-    let whole = x as i64;
-    whole + i64::from((whole as f64) < x)
+fn floor(x: f64) -> i32 {
+    -ceil(-x)
 }
 
 #[cfg(test)]
@@ -315,6 +327,13 @@ mod tests {
                 }
                 distance += 0.1 * cell;
             }
+        }
+    }
+
+    #[test]
+    fn whole_numbers_are_found_without_the_library() {
+        for x in [0.0, -0.0, 0.5, 1.5, -0.5, -1.5, 2.0, -3.0, 1e-12, -1e-12, 2.0e9, -2.0e9 + 0.25, 12345.25] {
+            assert_eq!((f64::from(ceil(x)), f64::from(floor(x))), (x.ceil(), x.floor()), "{x}");
         }
     }
 

@@ -126,21 +126,38 @@ impl Update {
     /// `(C, F)` after the reading.
     #[inline(always)]
     pub(super) fn of(&self, c: f32, f: f32) -> (f32, f32) {
+        self.with::<true>(c, f)
+    }
+
+    /// As [`of`](Self::of), without looking at the shield unless `SPARING`.
+    #[inline(always)]
+    fn with<const SPARING: bool>(&self, c: f32, f: f32) -> (f32, f32) {
         let evidence = f.abs();
         let mean = (c * evidence + self.pull) / (evidence + self.weight);
         let moved = (f + self.step).clamp(-MAX_CONFIDENCE, MAX_CONFIDENCE);
         let settled = (moved <= self.residue) & (mean <= level::MEDIUM_EMPTY);
         // Rounding may overshoot by one unit in the last place.
-        let mean = if settled { 0.0 } else { mean.min(1.0) };
-        let spared = f >= self.shield;
+        let mean = if mean > 1.0 { 1.0 } else { mean };
+        let mean = if settled { 0.0 } else { mean };
+        let spared = SPARING && f >= self.shield;
         (if spared { c } else { mean }, if spared { f } else { moved })
     }
 
     /// Applies the reading to a row of cells.
-    #[inline]
+    #[inline(always)]
     pub(super) fn apply(&self, probabilities: &mut [f32], confidences: &mut [f32]) {
+        if self.shield > MAX_CONFIDENCE {
+            self.apply_with::<false>(probabilities, confidences);
+        } else {
+            self.apply_with::<true>(probabilities, confidences);
+        }
+    }
+
+    // Not inlined, so that the compiler knows the two slices to be apart and need not check it for every row.
+    #[inline(never)]
+    fn apply_with<const SPARING: bool>(&self, probabilities: &mut [f32], confidences: &mut [f32]) {
         for (c, f) in probabilities.iter_mut().zip(confidences) {
-            (*c, *f) = self.of(*c, *f);
+            (*c, *f) = self.with::<SPARING>(*c, *f);
         }
     }
 }
