@@ -6,13 +6,20 @@
 //!
 //! It is written as a script, and shows how manoeuvres that take minutes read as prose.
 
-use std::{cell::RefCell, f64::consts::FRAC_PI_2, f64::consts::PI, rc::Rc, time::Duration};
+use std::{
+    cell::RefCell,
+    f64::consts::{FRAC_PI_2, PI},
+    rc::Rc,
+    sync::Arc,
+    time::Duration,
+};
 
 use orienteer_runtime::{
-    agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Strategy, Wiring},
-    geometry::Pose,
+    agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Wiring},
+    geometry::Twist,
+    robot_model::Ring,
     time::Time,
-    topics::{CorridorOrder, CorridorReport, Opening, PoseEstimate},
+    topics::{CorridorOrder, CorridorReport, Opening, PoseEstimate, SonarScan},
 };
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -35,11 +42,14 @@ pub struct PatrolConfig {
     /// Clear distance beyond the far corner, m, that makes going straight on possible.
     #[schemars(range(min = 0.2, max = 10.0))]
     pub clear_ahead: f64,
+    /// Openings narrower than this are doors, and passed by, m.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub least_width: f64,
 }
 
 impl Default for PatrolConfig {
     fn default() -> Self {
-        Self { speed: 0.3, turn_rate: 0.8, straight_on: 0.6, clear_ahead: 0.8 }
+        Self { speed: 0.3, turn_rate: 0.8, straight_on: 0.5, clear_ahead: 0.8, least_width: 1.0 }
     }
 }
 
@@ -61,10 +71,45 @@ enum Way {
 
 /// How far past the corner the robot's centre stands when it is in a way out, m: the rear sonar is level with the corner.
 const INTO_PORT: f64 = 0.15;
-/// A port that can't be reached is tried so often.
-const TRIES: u32 = 3;
+/// A flank that reads this much more than half the corridor's width is open, m.
+const OPEN: f64 = 0.35;
+/// So many readings in a row are believed.
+const BELIEVED: u32 = 6;
+/// No place is wider than this, m.
+const WIDEST: f64 = 4.0;
+/// Distance to something ahead, from the robot's centre, at which crossing ends, m.
+const AHEAD: f64 = 0.65;
 
-async fn patrol(pilot: Pilot, config: PatrolConfig, mut random: Pcg64, places: Rc<RefCell<u32>>) -> Result<(), Aborted> {
+/// The transducers that look ahead, to the left and to the right.
+#[derive(Debug, Clone)]
+struct Eyes {
+    ring: Arc<Ring>,
+    front: usize,
+    flanks: [usize; 2],
+}
+
+impl Eyes {
+    fn of(ring: &Arc<Ring>) -> Option<Self> {
+        let facing = |bearing| ring.nearest_to(bearing).filter(|i| ring.within(bearing, 0.2).any(|j| j == *i));
+        let (front, left, right) = (facing(0.0)?, facing(FRAC_PI_2)?, facing(-FRAC_PI_2)?);
+        Some(Self { ring: ring.clone(), front, flanks: [left, right] })
+    }
+
+    /// Free distance from the robot's centre along a transducer's beam, m.
+    fn free(&self, scan: &SonarScan, transducer: usize) -> Option<f64> {
+        let mount = self.ring.transducers.get(transducer)?.mount;
+        let range = scan.echo(transducer).free_distance(self.ring.max_range as f32)?;
+        Some(f64::from(range) + mount.x.hypot(mount.y))
+    }
+}
+
+async fn patrol(
+    pilot: Pilot,
+    config: PatrolConfig,
+    eyes: Eyes,
+    mut random: Pcg64,
+    places: Rc<RefCell<u32>>,
+) -> Result<(), Aborted> {
     // The first pose has to be known before anything else.
     pilot.next::<PoseEstimate>().await?;
     let mut order = 0;
@@ -73,22 +118,18 @@ async fn patrol(pilot: Pilot, config: PatrolConfig, mut random: Pcg64, places: R
         order += 1;
         let report = follow(&pilot, order).await?;
         *places.borrow_mut() += 1;
+        lost = if report.opening() == Opening::Lost { lost + 1 } else { 0 };
         let way = match report.opening() {
             // A gap in both walls, a wide hall: feel the way forward, and after a while go back.
-            Opening::Lost if lost < 2 => {
-                lost += 1;
-                Way::Straight
-            }
-            Opening::Lost => {
-                lost = 0;
-                Way::Back
-            }
-            _ => {
-                lost = 0;
-                choose(&report, &config, &mut random)
-            }
+            Opening::Lost if lost % 3 != 0 => Way::Straight,
+            Opening::Lost => Way::Back,
+            _ => choose(&report, &config, &mut random),
         };
-        enter(&pilot, &config, &report, way).await;
+        // Whoever takes the base meanwhile moves the robot; the follower makes the best of wherever it stands then.
+        if leave(&pilot, &config, &eyes, &report, way).await.is_err() {
+            pilot.release();
+            pilot.sleep(Duration::from_millis(500)).await.ok();
+        }
     }
 }
 
@@ -123,30 +164,82 @@ fn choose(report: &CorridorReport, config: &PatrolConfig, random: &mut Pcg64) ->
     }
 }
 
-/// Puts the robot into a way out. If that fails even when tried again, the follower will have to make the best of it.
-async fn enter(pilot: &Pilot, config: &PatrolConfig, report: &CorridorReport, way: Way) {
-    let width = if report.width > 0.0 { report.width } else { 1.5 };
-    // From the start pose, whose corner is level with the front sonar; see the follower.
-    let middle = 0.1 + 0.5 * width;
-    let (local, strategy) = match way {
-        Way::Straight => (Pose::new(0.1 + width + INTO_PORT, 0.0, 0.0), Strategy::Straight),
-        Way::Left => (Pose::new(middle, 0.5 * width + INTO_PORT, FRAC_PI_2), Strategy::YFirst),
-        Way::Right => (Pose::new(middle, -0.5 * width - INTO_PORT, -FRAC_PI_2), Strategy::YFirst),
-        Way::Back => (Pose::new(0.0, 0.0, PI), Strategy::Straight),
+/// Puts the robot into a way out of the place.
+///
+/// It crosses the place first and measures how far each side is open on the way, so that it knows a door from a corridor and
+/// finds the middle of what it turns into.
+async fn leave(
+    pilot: &Pilot,
+    config: &PatrolConfig,
+    eyes: &Eyes,
+    report: &CorridorReport,
+    way: Way,
+) -> Result<(), Aborted> {
+    if way == Way::Back {
+        return pilot.rotate(PI, config.turn_rate).await;
+    }
+    let gaps = cross(pilot, config, eyes, report).await?;
+    let (side, turn) = match way {
+        Way::Left => (0, FRAC_PI_2),
+        Way::Right => (1, -FRAC_PI_2),
+        Way::Straight | Way::Back if gaps.blocked => return pilot.rotate(PI, config.turn_rate).await,
+        Way::Straight | Way::Back => return Ok(()),
     };
-    let goal = report.pose.then(local);
-    for _ in 0..TRIES {
-        let Some(here) = pilot.latest::<PoseEstimate>() else { return };
-        let Some(handle) = pilot.save_pose(here.pose.between(goal)) else { return };
-        match pilot.move_to(handle, strategy, config.speed, config.turn_rate).await {
-            Ok(()) => return,
-            Err(_) => {
-                // Whoever took the base has moved the robot; plan anew from where it is.
-                pilot.release();
-                if pilot.sleep(Duration::from_millis(500)).await.is_err() {
-                    return;
+    let Some((from, to)) = gaps.sides[side].filter(|(from, to)| to - from >= config.least_width) else {
+        // No more than a door: go on, or back if there is no going on.
+        return if gaps.blocked { pilot.rotate(PI, config.turn_rate).await } else { Ok(()) };
+    };
+    pilot.translate(0.5 * (from + to) - gaps.driven, config.speed).await?;
+    pilot.rotate(turn, config.turn_rate).await?;
+    pilot.translate(0.5 * report.width + INTO_PORT, config.speed).await
+}
+
+/// What was seen on the way across a place. Distances along the way from where it began, m.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gaps {
+    /// Where each side (left, right) is open, if it is.
+    sides: [Option<(f64, f64)>; 2],
+    /// How far the robot has come.
+    driven: f64,
+    /// True if something ahead ended it.
+    blocked: bool,
+}
+
+/// Drives on until both sides are walls again, or something is ahead.
+async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &CorridorReport) -> Result<Gaps, Aborted> {
+    let start = pilot.latest::<PoseEstimate>().ok_or(Aborted::TimedOut)?.travelled;
+    let half = if report.width > 0.0 { 0.5 * report.width } else { 0.8 };
+    let mut gaps = Gaps::default();
+    let mut walls = [0u32; 2];
+    let mut near_ahead = 0;
+    pilot.drive(Twist::new(config.speed, 0.0));
+    loop {
+        let scan = pilot.next::<SonarScan>().await?;
+        gaps.driven = pilot.latest::<PoseEstimate>().map_or(gaps.driven, |pose| pose.travelled - start);
+        for (side, flank) in eyes.flanks.iter().enumerate() {
+            let Some(free) = eyes.free(&scan, *flank) else { continue };
+            if free > half + OPEN {
+                let (from, _) = gaps.sides[side].unwrap_or((gaps.driven, 0.0));
+                gaps.sides[side] = Some((from, gaps.driven));
+                walls[side] = 0;
+            } else {
+                walls[side] += 1;
+            }
+        }
+        let ahead = eyes.free(&scan, eyes.front).unwrap_or(0.0);
+        near_ahead = if ahead < AHEAD { near_ahead + 1 } else { 0 };
+        gaps.blocked = near_ahead >= BELIEVED;
+        let closed = walls.iter().all(|count| *count >= BELIEVED) && gaps.driven > 2.0 * INTO_PORT;
+        if closed || gaps.blocked || gaps.driven > WIDEST {
+            if gaps.blocked {
+                // What is ahead is the far wall of the way to the side.
+                for (_, to) in gaps.sides.iter_mut().flatten().filter(|(_, to)| gaps.driven - *to < 0.1) {
+                    *to = gaps.driven + ahead;
                 }
             }
+            pilot.stop();
+            pilot.next_step().await?;
+            return Ok(gaps);
         }
     }
 }
@@ -168,7 +261,7 @@ impl Agent for Patrol {
     type Config = PatrolConfig;
 
     fn topics(wiring: &mut Wiring) {
-        wiring.reads::<PoseEstimate>().reads::<CorridorReport>().writes::<CorridorOrder>();
+        wiring.reads::<PoseEstimate>().reads::<SonarScan>().reads::<CorridorReport>().writes::<CorridorOrder>();
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {
@@ -178,8 +271,10 @@ impl Agent for Patrol {
         let mut wiring = Wiring::default();
         Self::topics(&mut wiring);
         let places = Rc::new(RefCell::new(0));
+        let eyes = Eyes::of(&robot.ring)
+            .ok_or_else(|| BuildError::new("a patrol needs transducers that look ahead, to the left and to the right"))?;
         let (random, counter) = (robot.stream("ways"), places.clone());
-        let script = Script::new(&wiring, move |pilot| patrol(pilot, config, random, counter));
+        let script = Script::new(&wiring, move |pilot| patrol(pilot, config, eyes, random, counter));
         Ok(Self { script, places })
     }
 }

@@ -1,4 +1,5 @@
 use std::{
+    collections::VecDeque,
     sync::{Arc, Weak},
     time::Duration,
 };
@@ -27,6 +28,10 @@ pub struct SimBodyConfig {
 
 /// Length of one step of the physics.
 const SUBSTEP: Duration = Duration::from_millis(10);
+/// How far back [`SimBody::pose_at`] reaches. At wall time the base is read more often than the sonar.
+pub const REMEMBERED: Duration = Duration::from_secs(1);
+/// Poses in the trail.
+const TRAIL: usize = (REMEMBERED.as_millis() / SUBSTEP.as_millis()) as usize;
 /// A robot that moves toward what it touches faster than this has driven into it, m/s.
 const PUSHING: f64 = 0.01;
 
@@ -43,8 +48,8 @@ pub struct SimBody {
     pose: Pose,
     now: Time,
     demand: Twist,
-    /// Poses at the ends of the substeps of the last advance, for whoever wants to know where it was in between.
-    trail: Vec<(Time, Pose)>,
+    /// Poses at the ends of the last substeps, for whoever wants to know where it was in between.
+    trail: VecDeque<(Time, Pose)>,
     odometry: Odometry,
     touching: Touching,
     collisions: u32,
@@ -75,7 +80,7 @@ impl SimBody {
             pose: start,
             now: Time::START,
             demand: Twist::STOP,
-            trail: vec![(Time::START, start)],
+            trail: VecDeque::from([(Time::START, start)]),
             touching: Touching::Nothing,
             collisions: 0,
             bumped: 0,
@@ -124,7 +129,7 @@ impl SimBody {
         self.demand = demand;
     }
 
-    /// Where it was at a time of the last advance.
+    /// Where it was at a time within the last [`REMEMBERED`].
     #[must_use]
     pub fn pose_at(&self, time: Time) -> Pose {
         let after = self.trail.partition_point(|(stamp, _)| *stamp < time);
@@ -138,10 +143,10 @@ impl SimBody {
         }
     }
 
-    /// When the last advance began.
+    /// The time up to which it has moved.
     #[must_use]
-    pub fn trail_start(&self) -> Time {
-        self.trail.first().map_or(self.now, |(stamp, _)| *stamp)
+    pub fn now(&self) -> Time {
+        self.now
     }
 
     /// Moves on to `now`; does nothing if it is there already.
@@ -150,14 +155,15 @@ impl SimBody {
             return;
         }
         let Some(arena) = self.arena.upgrade() else { return };
-        self.trail.clear();
-        self.trail.push((self.now, self.pose));
         while self.now < now {
             let next = now.min(self.now + SUBSTEP);
             let seconds = next.secs_since(self.now);
             self.now = next;
             arena.with_bodies(|bodies| self.substep(&arena, bodies, seconds));
-            self.trail.push((self.now, self.pose));
+            if self.trail.len() >= TRAIL {
+                self.trail.pop_front();
+            }
+            self.trail.push_back((self.now, self.pose));
         }
     }
 

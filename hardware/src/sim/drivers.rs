@@ -62,6 +62,8 @@ pub struct SimSonar {
     pinger: Pinger,
     random: Pcg64,
     heard: Vec<echo::Disc>,
+    /// All firings up to this time have been heard.
+    until: Time,
 }
 
 impl SimSonar {
@@ -71,7 +73,7 @@ impl SimSonar {
     /// If ring or model make no sense.
     pub fn new(arena: Arc<Arena>, name: &str, body: Arc<Mutex<SimBody>>, ring: Ring, model: &SonarModel) -> Result<Self, PingerError> {
         let random = arena.streams().stream(name, "sonar");
-        Ok(Self { arena, body, pinger: Pinger::new(ring, model, Time::START)?, random, heard: Vec::new() })
+        Ok(Self { arena, body, pinger: Pinger::new(ring, model, Time::START)?, random, heard: Vec::new(), until: Time::START })
     }
 }
 
@@ -89,8 +91,10 @@ impl SonarDriver for SimSonar {
         body.advance(now);
         let reach = self.pinger.ring().max_range + body.radius();
         self.arena.audible(body.number(), body.pose().point(), reach, &mut self.heard);
-        let (from, pose_at) = (body.trail_start(), |time| body.pose_at(time));
-        self.pinger.poll(from, now, pose_at, self.arena.walls(), &self.heard, &mut self.random, scans);
+        // At wall time the base's own thread moves the body on, so it may be a little ahead.
+        let (from, to) = (self.until, now.max(body.now()));
+        self.pinger.poll(from, to, |time| body.pose_at(time), self.arena.walls(), &self.heard, &mut self.random, scans);
+        self.until = to;
         Ok(())
     }
 }

@@ -48,7 +48,9 @@ impl Twist {
         if !self.is_finite() {
             return Twist::STOP;
         }
-        let share = |value: f64, limit: f64| if value.abs() > limit { limit.max(0.0) / value.abs() } else { 1.0 };
+        // A limit that is NaN counts as zero.
+        let limits = limits.and(Limits::NONE);
+        let share = |value: f64, limit: f64| if value.abs() > limit { limit / value.abs() } else { 1.0 };
         let factor = share(self.linear, limits.linear).min(share(self.angular, limits.angular));
         Twist::new(self.linear * factor, self.angular * factor)
     }

@@ -79,7 +79,7 @@ impl SafeStop<'_> {
             return self.brake();
         }
         let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..12 {
+        for _ in 0..10 {
             let middle = 0.5 * (low + high);
             if self.is_safe(scaled(demand, middle)) {
                 low = middle;
@@ -121,7 +121,7 @@ impl SafeStop<'_> {
         let (linear, way) = ramp(now.linear, command.linear, self.platform.acceleration, period);
         let (angular, turn) = ramp(now.angular, command.angular, self.platform.angular_acceleration, period);
         let after = Twist::new(linear, angular);
-        if way.abs() > STANDING * period && self.free(Pose::default(), Twist::new(way, turn)) < way.abs() {
+        if way.abs() > STANDING * period && !self.is_free(Pose::default(), Twist::new(way, turn), way.abs()) {
             return false;
         }
         if linear.abs() < STANDING {
@@ -130,24 +130,23 @@ impl SafeStop<'_> {
         let speed = linear.abs();
         let braking = speed * self.config.latency + speed * speed / (2.0 * self.config.braking_share * self.deceleration(after));
         let needed = braking + self.config.margin;
-        self.free(Pose::default().along_arc(way, turn), after) >= needed
+        self.is_free(Pose::default().along_arc(way, turn), after, needed)
     }
 
-    /// Free path length of the arc of `twist` from `pose` (robot frame of now) on.
-    fn free(&self, pose: Pose, twist: Twist) -> f64 {
+    /// True if the first `length` metres of the arc of `twist` from `pose` (robot frame of now) on are free.
+    fn is_free(&self, pose: Pose, twist: Twist, length: f64) -> bool {
         let body = self.platform.radius + self.config.clearance;
-        let Some(path) = SweptPath::new(twist, body) else { return f64::INFINITY };
+        let Some(path) = SweptPath::new(twist, body) else { return true };
         let back = Rotation2::new(-pose.heading);
-        let mut free = f64::INFINITY;
-        for obstacle in self.obstacles {
-            let point = back * (obstacle.point - pose.point());
-            free = free.min(path.to_point(point.into()));
-            if obstacle.is_wall {
-                let normal = back * obstacle.ray;
-                free = free.min(path.to_wall(normal, normal.dot(&point)));
-            }
-        }
-        free
+        let reach = body + length;
+        !self.obstacles.iter().any(|obstacle| {
+            let offset = obstacle.point - pose.point();
+            // Most obstacles are out of reach; that much is cheap to see.
+            let is_near = offset.norm_squared() < reach * reach;
+            let is_near_wall = obstacle.is_wall && obstacle.ray.dot(&offset) < reach;
+            (is_near && path.to_point((back * offset).into()) < length)
+                || (is_near_wall && path.to_wall(back * obstacle.ray, obstacle.ray.dot(&offset)) < length)
+        })
     }
 }
 

@@ -23,7 +23,7 @@ const KEPT: f64 = 0.5;
 /// Readings of a transducer less than this much newer than the stored one are the same reading.
 const SAME_READING: f64 = 1e-3;
 /// How far two readings of one wall may disagree, m.
-const RANGE_ERROR: f64 = 0.015;
+const RANGE_ERROR: f64 = 0.02;
 /// Transducers whose beams point farther apart than this are no neighbours.
 const NEIGHBOUR: f64 = 1.05;
 
@@ -220,7 +220,11 @@ impl Sight {
             let mut ray = Rotation2::new(-beam.half) * beam.axis;
             for _ in 0..=2 * halves as usize {
                 let point = beam.face + ray * beam.range;
-                obstacles.push(Obstacle { point, ray, is_wall: may_be_wall(&beside, ray, ray.dot(&point.coords)) });
+                let distance = ray.dot(&point.coords);
+                let is_wall = distance <= body + reach && may_be_wall(&beside, ray, distance);
+                if is_wall || point.coords.norm_squared() <= (body + reach) * (body + reach) {
+                    obstacles.push(Obstacle { point, ray, is_wall });
+                }
                 if beam.too_near {
                     // It may be anywhere between the face and here, so also where it touches.
                     obstacles.push(Obstacle { point: (ray * (0.999 * body)).into(), ray, is_wall: false });

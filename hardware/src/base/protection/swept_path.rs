@@ -47,13 +47,14 @@ impl SweptPath {
     #[must_use]
     pub fn to_point(&self, point: Point2<f64>) -> f64 {
         let (x, y) = (self.direction * point.x, self.side * point.y);
-        if x.hypot(y) <= self.body {
+        if x * x + y * y <= self.body * self.body {
             return if x > 0.0 { 0.0 } else { f64::INFINITY };
         }
         if self.circle.is_infinite() {
             return if x > 0.0 && y.abs() < self.body { x - (self.body * self.body - y * y).sqrt() } else { f64::INFINITY };
         }
-        let (rho, q) = (self.circle, x.hypot(self.circle - y));
+        let rho = self.circle;
+        let q = (x * x + (rho - y) * (rho - y)).sqrt();
         let cos = (rho * rho + q * q - self.body * self.body) / (2.0 * rho * q);
         if cos.is_nan() || cos.abs() > 1.0 {
             return f64::INFINITY;

@@ -4,9 +4,11 @@ use std::{f64::consts::PI, time::Duration};
 use nalgebra::Point2;
 use orienteer_runtime::{
     geometry::Pose,
+    random::Streams,
     topics::{Echo, SonarScan},
 };
 use proptest::prelude::*;
+use rand::RngExt;
 
 use super::{
     scene::{Scene, circular_ring, pioneer_ring},
@@ -34,6 +36,9 @@ struct Drive {
     period: f64,
     least: f64,
     permitted: Permitted,
+    /// Readings are wrong by up to this much, m.
+    noise: f32,
+    rng: rand_pcg::Pcg64,
 }
 
 impl Drive {
@@ -53,6 +58,8 @@ impl Drive {
             period,
             least: f64::INFINITY,
             permitted: Permitted { twist: Twist::STOP, reason: None },
+            noise: 0.0,
+            rng: Streams::new(5).stream("ann", "sonar"),
         }
     }
 
@@ -62,7 +69,8 @@ impl Drive {
         for (i, transducer) in self.ring.transducers.iter().enumerate() {
             if (i as u64 + self.step).is_multiple_of(2) {
                 let echo = self.scene.echo(self.pose.then(transducer.mount), transducer.half_beam, self.ring.max_range);
-                scan.set(i, echo, 0.0);
+                let noise = self.noise * self.rng.random_range(-1.0..1.0);
+                scan.set(i, if let Echo::Range(range) = echo { Echo::Range(range + noise) } else { echo }, 0.0);
             }
         }
         scan.stamp = self.now;
@@ -89,8 +97,7 @@ impl Drive {
             self.least = self.least.min(self.scene.clearance(self.pose.point()) - self.base.config().radius);
         }
         self.now = self.now + Duration::from_secs_f64(self.period);
-        let mut rng = orienteer_runtime::random::Streams::new(0).stream("ann", "odometry");
-        self.odometer.measure(self.now, distance, turn, self.period, &mut rng);
+        self.odometer.measure(self.now, distance, turn, self.period, &mut self.rng);
         self.step += 1;
     }
 }
@@ -138,7 +145,7 @@ fn a_narrow_corridor_costs_huey_no_speed() {
                 }
             }
         }
-        assert!(worst.0 >= 0.45, "{worst:?}, walls answering up to {specular}°");
+        assert!(worst.0 >= 0.4, "{worst:?}, walls answering up to {specular}°");
     }
 }
 
@@ -182,18 +189,19 @@ fn assert_untouched(mut drive: Drive, demands: &[Twist]) -> Result<(), TestCaseE
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
     fn a_wall_is_never_touched(
         (config, ring) in robots(), bearing in -PI..PI, room in 0.05..2.5f64,
-        demand in prop::collection::vec(demands(), 1..4), specular in prop::sample::select(vec![12.5f64, 25.0, 60.0])
+        demand in prop::collection::vec(demands(), 1..4), specular in prop::sample::select(vec![12.5f64, 25.0, 60.0]),
+        noise in prop::sample::select(vec![0.0, 0.01])
     ) {
         let normal = nalgebra::Vector2::new(bearing.cos(), bearing.sin());
         let foot = Point2::from(normal * (config.radius + room));
         let along = nalgebra::Vector2::new(-normal.y, normal.x) * 30.0;
         let scene = Scene { walls: vec![(foot - along, foot + along)], people: vec![], specular: specular.to_radians() };
-        assert_untouched(Drive::new(config, ring, scene, Pose::default()), &demand)?;
+        assert_untouched(Drive { noise, ..Drive::new(config, ring, scene, Pose::default()) }, &demand)?;
     }
 
     #[test]
@@ -207,13 +215,13 @@ proptest! {
 
     #[test]
     fn a_crowded_corridor_is_never_touched(
-        (config, ring) in robots(), heading in -PI..PI, offset in -0.2..0.2f64, width in 1.6..2.5f64,
+        (config, ring) in robots(), heading in -PI..PI, offset in -0.2..0.2f64, width in 1.6..2.5f64, noise in prop::sample::select(vec![0.0, 0.01]),
         people in prop::collection::vec((0.9..4.0f64, -0.8..0.8f64, prop::bool::ANY), 0..4), demand in prop::collection::vec(demands(), 1..4)
     ) {
         let mut scene = Scene::corridor(width, 0.44);
         scene.people = people.iter().map(|(x, y, ahead)| (Point2::new(if *ahead { *x } else { -x }, *y), 0.25)).collect();
         let pose = Pose::new(0.0, offset, heading);
-        assert_untouched(Drive::new(config, ring, scene, pose), &demand)?;
+        assert_untouched(Drive { noise, ..Drive::new(config, ring, scene, pose) }, &demand)?;
     }
 }
 
@@ -297,167 +305,4 @@ fn the_braking_that_it_commands_is_within_the_platform() {
     }
 }
 
-mod rules {
-    use super::*;
-
-    fn setup() -> (Protection, Odometry, SonarScan, Demand) {
-        let (config, ring) = huey();
-        let scan = SonarScan::from_echoes(Time::START, 1, &[Echo::Range(3.0); 16]);
-        let odometry = Odometry { flags: flags::ENABLED, ..Odometry::default() };
-        let demand = Demand { twist: Twist::new(0.3, 0.1), valid_until: Time::from_secs_f64(0.1), limits: Limits::NONE };
-        (Protection::new(config.platform(), &ring, ProtectionConfig::default()), odometry, scan, demand)
-    }
-
-    fn reason(
-        change: impl FnOnce(&mut Odometry, &mut SonarScan, &mut Demand, &mut LinkState, &mut Time),
-    ) -> (Twist, Option<Reason>) {
-        let (mut protection, mut odometry, mut scan, mut demand) = setup();
-        let (mut link, mut now) = (LinkState::Up, Time::START);
-        change(&mut odometry, &mut scan, &mut demand, &mut link, &mut now);
-        let permitted = protection.filter(now, &demand, &odometry, Some(&scan), link);
-        (permitted.twist, permitted.reason)
-    }
-
-    #[test]
-    fn nothing_wrong_means_nothing_changed() {
-        assert_eq!(reason(|_, _, _, _, _| ()), (Twist::new(0.3, 0.1), None));
-    }
-
-    #[test]
-    fn each_fault_stops_and_says_why() {
-        let stop = |why| (Twist::STOP, Some(why));
-        assert_eq!(reason(|_, _, demand, _, _| demand.twist.angular = f64::NAN), stop(Reason::BadDemand));
-        assert_eq!(reason(|_, _, demand, _, _| demand.twist.linear = f64::INFINITY), stop(Reason::BadDemand));
-        assert_eq!(reason(|_, _, _, link, _| *link = LinkState::Lost), stop(Reason::LinkLost));
-        assert_eq!(reason(|odometry, _, _, _, _| odometry.pose.x = f64::NAN), stop(Reason::BadOdometry));
-        assert_eq!(reason(|odometry, _, _, _, _| odometry.twist.linear = f64::NAN), stop(Reason::BadOdometry));
-        let late = |odometry: &mut Odometry, _: &mut SonarScan, demand: &mut Demand, _: &mut LinkState, now: &mut Time| {
-            *now = Time::from_secs_f64(1.0);
-            demand.valid_until = Time::FAR;
-            odometry.stamp = Time::START;
-        };
-        assert_eq!(reason(late), stop(Reason::BadOdometry));
-        assert_eq!(reason(|odometry, _, _, _, _| odometry.flags = flags::EMERGENCY_STOP), stop(Reason::EmergencyStop));
-        assert_eq!(reason(|_, _, _, _, now| *now = Time::from_secs_f64(0.11)), stop(Reason::StaleCommand));
-        assert_eq!(reason(|_, scan, _, _, _| *scan = SonarScan::unfired(16)).1, Some(Reason::StaleSonar));
-        assert_eq!(reason(|_, scan, _, _, _| *scan = SonarScan::default()).0.linear, 0.0);
-    }
-
-    #[test]
-    fn the_first_rule_gives_the_reason() {
-        let all = |odometry: &mut Odometry, _: &mut SonarScan, demand: &mut Demand, link: &mut LinkState, now: &mut Time| {
-            demand.twist.linear = f64::NAN;
-            *link = LinkState::Lost;
-            odometry.flags = flags::EMERGENCY_STOP | flags::CONTACT;
-            *now = Time::from_secs_f64(9.0);
-        };
-        assert_eq!(reason(all).1, Some(Reason::BadDemand));
-    }
-
-    #[test]
-    fn limits_keep_the_curve() {
-        let (twist, why) = reason(|_, _, demand, _, _| demand.twist = Twist::new(2.0, 0.4));
-        assert_eq!((twist, why), (Twist::new(1.0, 0.2), Some(Reason::Platform)));
-        assert!(!Reason::Platform.is_protective());
-        let (twist, why) = reason(|_, _, demand, _, _| demand.limits = Limits { linear: 0.15, angular: 1.0 });
-        assert_eq!((twist, why), (Twist::new(0.15, 0.05), None));
-        assert_eq!(reason(|_, _, demand, _, _| demand.limits.linear = f64::NAN).0.linear, 0.0);
-    }
-
-    #[test]
-    fn a_silent_sonar_stops_translation_but_not_a_turn_on_the_spot() {
-        let (mut protection, mut odometry, scan, mut demand) = setup();
-        demand.valid_until = Time::FAR;
-        let mut stopped_at = None;
-        for i in 0..40 {
-            let now = Time::from_secs_f64(0.05 * f64::from(i));
-            odometry.stamp = now;
-            let permitted = protection.filter(now, &demand, &odometry, Some(&scan), LinkState::Up);
-            if permitted.reason == Some(Reason::StaleSonar) {
-                assert_eq!(permitted.twist, Twist::new(0.0, 0.1));
-                stopped_at = stopped_at.or(Some(now));
-            }
-        }
-        // half a second and two passes of 0.1 s
-        assert_eq!(stopped_at, Some(Time::from_secs_f64(0.75)));
-    }
-
-    #[test]
-    fn where_no_transducer_looks_it_creeps() {
-        let (config, mut ring) = huey();
-        ring.transducers.truncate(5);
-        let mut protection = Protection::new(config.platform(), &ring, ProtectionConfig::default());
-        let (_, odometry, scan, mut demand) = setup();
-        demand.twist = Twist::new(-0.5, 0.0);
-        let permitted = protection.filter(Time::START, &demand, &odometry, Some(&scan), LinkState::Up);
-        assert_eq!(permitted, Permitted { twist: Twist::new(-0.1, 0.0), reason: Some(Reason::Blind) });
-    }
-
-    #[test]
-    fn after_a_contact_it_may_only_back_off() {
-        let (mut protection, mut odometry, scan, mut demand) = setup();
-        let mut filter = |odometry: &Odometry, demand: &Demand| {
-            let permitted = protection.filter(Time::START, demand, odometry, Some(&scan), LinkState::Up);
-            (permitted.twist, permitted.reason)
-        };
-        assert_eq!(filter(&odometry, &demand).1, None);
-        odometry.flags |= flags::CONTACT;
-        assert_eq!(filter(&odometry, &demand), (Twist::STOP, Some(Reason::Contact)));
-        demand.twist = Twist::new(0.0, 0.5);
-        assert_eq!(filter(&odometry, &demand), (Twist::STOP, Some(Reason::Contact)));
-        demand.twist = Twist::new(-0.5, 0.3);
-        assert_eq!(filter(&odometry, &demand), (Twist::new(-0.1, 0.0), Some(Reason::Contact)));
-        demand.twist = Twist::new(0.3, 0.0);
-        assert_eq!(filter(&odometry, &demand).0, Twist::STOP);
-        odometry.flags = flags::ENABLED;
-        assert_eq!(filter(&odometry, &demand), (Twist::new(0.3, 0.0), None));
-    }
-
-    #[test]
-    fn pushed_while_standing_it_moves_only_away_from_what_it_sees() {
-        for (echoes_behind, forward_allowed) in [(0.25, true), (3.0, false)] {
-            let (mut protection, mut odometry, _, mut demand) = setup();
-            let mut echoes = [Echo::Range(3.0); 16];
-            echoes[8] = Echo::Range(echoes_behind);
-            let scan = SonarScan::from_echoes(Time::START, 1, &echoes);
-            odometry.flags |= flags::CONTACT;
-            demand.twist = Twist::new(0.3, 0.0);
-            let permitted = protection.filter(Time::START, &demand, &odometry, Some(&scan), LinkState::Up);
-            assert_eq!(permitted.twist.linear > 0.0, forward_allowed);
-            demand.twist = Twist::new(-0.3, 0.0);
-            let permitted = protection.filter(Time::START, &demand, &odometry, Some(&scan), LinkState::Up);
-            assert!(permitted.twist.is_stop());
-        }
-    }
-
-    #[test]
-    fn too_near_ahead_stops_and_behind_does_not() {
-        for (index, stops) in [(0, true), (1, true), (8, false)] {
-            let (mut protection, odometry, _, demand) = setup();
-            let mut echoes = [Echo::Nothing; 16];
-            echoes[index] = Echo::TooNear;
-            let scan = SonarScan::from_echoes(Time::START, 1, &echoes);
-            let permitted = protection.filter(Time::START, &demand, &odometry, Some(&scan), LinkState::Up);
-            assert_eq!(permitted.twist.linear == 0.0, stops, "{index}");
-        }
-    }
-}
-
-#[test]
-fn zz_time() {
-    let (config, ring) = huey();
-    for (label, scene, pose) in [
-        ("open", Scene::corridor(6.0, 0.5), Pose::default()),
-        ("corridor", Scene::corridor(1.12, 0.5), Pose::default()),
-        ("near", Scene::corridor(1.12, 0.5), Pose::new(0.0, 0.2, 0.17)),
-        ("blocked", Scene::corridor(1.12, 0.5), Pose::new(0.0, 0.2, 0.9)),
-    ] {
-        let mut drive = Drive::new(config.clone(), ring.clone(), scene, pose);
-        for _ in 0..4 { drive.step(Twist::STOP); }
-        let odometry = Odometry { twist: Twist::new(0.5, 0.0), ..*drive.odometer.state() };
-        let demand = Demand { twist: Twist::new(0.5, 0.1), valid_until: Time::FAR, limits: Limits::NONE };
-        let start = std::time::Instant::now();
-        for _ in 0..20000 { std::hint::black_box(drive.protection.filter(drive.now, &demand, &odometry, drive.scan.as_ref(), LinkState::Up)); }
-        println!("TIME {label} {:?}", start.elapsed() / 20000);
-    }
-}
+mod rules;
