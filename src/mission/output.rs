@@ -22,7 +22,8 @@ pub(super) fn prepare(directory: &Path) -> Result<(), OutputError> {
 pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails) {
     for robot in &mut outcome.robots {
         for file in robot.nodes.iter_mut().flat_map(|node| node.finish.files.drain(..)) {
-            let path = directory.join(format!("{}-{}", robot.name, file.name));
+            // A directory for each robot, since files name each other: a map's YAML its image.
+            let path = directory.join(&robot.name).join(&file.name);
             put(&path, &file.bytes, &mut outcome.files, &mut outcome.failures);
         }
     }
@@ -41,7 +42,8 @@ pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails) {
 /// Writes a file so that at any moment there is either the old one or the whole new one.
 fn put(path: &Path, bytes: &[u8], files: &mut Vec<PathBuf>, failures: &mut Vec<String>) {
     let draft = path.with_extension(format!("part-{}", std::process::id()));
-    let written = fs::write(&draft, bytes).and_then(|()| fs::rename(&draft, path));
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    let written = made.and_then(|()| fs::write(&draft, bytes)).and_then(|()| fs::rename(&draft, path));
     match written {
         Ok(()) => files.push(path.to_owned()),
         Err(error) => {

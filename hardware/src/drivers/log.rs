@@ -34,17 +34,26 @@ impl BaseKind for LogBaseKind {
     fn open(config: LogBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let poses = read(site, &config.poses)?;
         let measurements = read(site, &config.measurements)?;
-        let log = SonarLog::parse((&config.poses, &poses), (&config.measurements, &measurements))
-            .map_err(|error| site.problem(error.to_string(), "the format is described in the documentation of `hardware::log`"))?;
+        let log = SonarLog::parse((&config.poses, &poses), (&config.measurements, &measurements)).map_err(|error| {
+            site.problem(error.to_string(), "the format is described in the documentation of `hardware::log`")
+        })?;
         let (base, sonar) = log::players(Arc::new(log));
         site.shared = Some(Arc::new(Half::new(Some(sonar))));
         let protection = ProtectionConfig { sonar_required: false, ..ProtectionConfig::default() };
-        Ok(OpenBase { driver: Box::new(base), motion: ExecutorConfig::default(), protection, start: site.start.unwrap_or_default() })
+        Ok(OpenBase {
+            driver: Box::new(base),
+            motion: ExecutorConfig::default(),
+            protection,
+            start: site.start.unwrap_or_default(),
+        })
     }
 }
 
 fn read(site: &mut Site<'_>, path: &str) -> Result<String, Problems> {
-    let source = site.sources.read_for(path, &site.span)?;
+    let source = site.sources.read_for(path, &site.span).map_err(|problem| {
+        let hint = "logs are data that do not come with Orienteer: see the comments of the mission for where this one comes from";
+        site.problem(problem.message(), format!("{}; {hint}", problem.hint()))
+    })?;
     Ok(site.sources.text(source)?.to_owned())
 }
 

@@ -65,7 +65,8 @@ impl BaseKind for SimBaseKind {
         let body = arena
             .add(site.robot, start, SimBodyConfig { base, odometry: config.odometry })
             .map_err(|error| site.problem(error.to_string(), "choose another `start`; `[[place]]`s of the world have names"))?;
-        let driver = FaultInjector::new(SimBase::new(body, platform), config.faults, site.streams.stream(site.robot, "base faults"));
+        let driver =
+            FaultInjector::new(SimBase::new(body, platform), config.faults, site.streams.stream(site.robot, "base faults"));
         Ok(OpenBase { driver: Box::new(driver), motion: config.motion, protection: config.protection, start })
     }
 }
@@ -122,4 +123,3 @@ impl SonarKind for SimSonarKind {
         Ok(Box::new(FaultInjector::new(sonar, config.faults, site.streams.stream(site.robot, "sonar faults"))))
     }
 }
-

@@ -1,0 +1,265 @@
+//! The command line: what each command takes, and what its exit code means.
+
+mod check;
+mod list;
+mod map;
+mod progress;
+mod refusal;
+mod reproduce;
+mod run;
+mod style;
+mod summary;
+mod table;
+mod verify;
+mod why;
+
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
+use orienteer::reproduce::SUITES;
+
+use refusal::Refusal;
+
+/// Actor-based mobile robots that find their way by sonar.
+#[derive(Debug, Parser)]
+#[command(name = "orienteer", version, after_help = EXIT_CODES)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+
+    /// Show what robots log; -vv: the details too
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+
+    /// Show errors only, no warnings
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+}
+
+const EXIT_CODES: &str = "\
+Begin with:
+  orienteer run                        two robots; maps and pictures in `out/`
+  orienteer why out/office-floor.mcap --robot ann --at 60
+
+Exit codes:
+  0    all went well
+  1    a result is not as it should be: `verify` found a difference,
+       a row of `reproduce` falls short
+  2    the command line or the configuration is wrong; nothing was run
+  3    something failed while it ran: a link, a thread, a file
+  130  stopped by Ctrl-C; `run` has stopped all bases, closed the recording
+       and printed the summary";
+
+/// Missions may not last longer, s: a month, as in configurations.
+const LONGEST: f64 = 2_678_400.0;
+
+/// What a command comes to. See [`EXIT_CODES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// All went well.
+    Well,
+    /// A result is not as it should be.
+    FallsShort,
+    /// The command line or the configuration is wrong.
+    Misused,
+    /// Something failed while it ran.
+    Failed,
+    /// Stopped by Ctrl-C.
+    Interrupted,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        ExitCode::from(match outcome {
+            Outcome::Well => 0,
+            Outcome::FallsShort => 1,
+            Outcome::Misused => 2,
+            Outcome::Failed => 3,
+            Outcome::Interrupted => 130,
+        })
+    }
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a mission; without CONFIG, two robots on an office floor
+    Run(RunArguments),
+    /// Check a configuration without running it
+    Check(CheckArguments),
+    /// Print the JSON schema of configurations, for editors
+    Schema,
+    /// List agents, drivers, platforms, rings, worlds and suites
+    List(ListArguments),
+    /// Say why a robot did what it did at a time of a recording
+    Why(WhyArguments),
+    /// Run a recorded mission again and compare byte for byte
+    Verify(VerifyArguments),
+    /// Draw the map from a recording
+    Map(MapArguments),
+    /// Repeat experiments and compare their figures with their goals
+    Reproduce(ReproduceArguments),
+}
+
+/// What `run` takes.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// The mission; without it, the built-in office floor
+    pub config: Option<PathBuf>,
+    /// Times real time, if not as fast as it can
+    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    pub speed: Option<f64>,
+    /// End after this many simulated seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    pub duration: Option<f64>,
+    /// Use this seed instead of the configuration's
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Spread the robots over this many threads
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub threads: Option<u16>,
+    /// Write the recording to this file
+    #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
+    pub record: Option<PathBuf>,
+    /// Do not record
+    #[arg(long)]
+    pub no_record: bool,
+    /// Where maps, pictures and recording go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `check` takes.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// The mission
+    pub config: PathBuf,
+    /// Print the problems as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `list` takes.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// agents, drivers, platforms, rings, worlds or suites; else all
+    #[arg(hide_possible_values = true, value_parser = ["agents", "drivers", "platforms", "rings", "worlds", "suites"])]
+    pub what: Option<String>,
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `why` takes.
+#[derive(Debug, Args)]
+pub struct WhyArguments {
+    /// The recording
+    pub recording: PathBuf,
+    /// The robot; needed if the recording has several
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Seconds since the start of the mission
+    #[arg(long, value_name = "SECONDS", value_parser = instant)]
+    pub at: f64,
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `verify` takes.
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// The recording
+    pub recording: PathBuf,
+    /// Spread the robots over this many threads
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub threads: Option<u16>,
+}
+
+/// What `map` takes.
+#[derive(Debug, Args)]
+pub struct MapArguments {
+    /// The recording
+    pub recording: PathBuf,
+    /// The robot; without it, all with poses and scans
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// Write the maps into this directory
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+}
+
+/// What `reproduce` takes.
+#[derive(Debug, Args)]
+pub struct ReproduceArguments {
+    /// The suite, see `orienteer list suites`; without it, all
+    #[arg(hide_possible_values = true, value_parser = PossibleValuesParser::new(SUITES.iter().map(|suite| suite.name)))]
+    pub suite: Option<String>,
+    /// Number of seeds per row
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub seeds: Option<u64>,
+    /// A tenth of the seeds: a quick look, not a proof
+    #[arg(long)]
+    pub quick: bool,
+    /// Print as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Carries out a command.
+pub fn main(arguments: Arguments) -> ExitCode {
+    progress::start_logging(arguments.verbose, arguments.quiet);
+    let outcome = match arguments.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Schema => check::schema(),
+        Command::List(arguments) => list::list(&arguments),
+        Command::Why(arguments) => why::why(&arguments),
+        Command::Verify(arguments) => verify::verify(&arguments),
+        Command::Map(arguments) => map::map(&arguments),
+        Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
+    };
+    outcome.unwrap_or_else(Refusal::tell).into()
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    within(text, 0.001, 1e6, "a factor from 0.001 to 1000000 is needed: 1 for real time, 10 for ten times as fast")
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    within(text, 0.001, LONGEST, "a number of seconds is needed, from 0.001 to 2678400 (a month)")
+}
+
+fn instant(text: &str) -> Result<f64, String> {
+    within(text, 0.0, LONGEST, "a number of seconds is needed, counted from the start of the mission")
+}
+
+fn within(text: &str, least: f64, most: f64, hint: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(hint.to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_makes_sense() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_have_bounds() {
+        assert_eq!(duration("600"), Ok(600.0));
+        for absurd in ["", "x", "-1", "0", "nan", "inf", "1e300"] {
+            assert!(duration(absurd).is_err() && factor(absurd).is_err(), "{absurd}");
+        }
+        assert_eq!(instant("0"), Ok(0.0));
+    }
+}

@@ -1,0 +1,106 @@
+//! Why a command could not be carried out, and how a person is told.
+
+use std::io::ErrorKind;
+
+use orienteer::{
+    mission::RunError,
+    runtime::{
+        config::{Problem, Problems},
+        recording::{ReadError, RecordError},
+    },
+};
+
+use super::{
+    Outcome,
+    style::{self, Paint},
+};
+
+/// A command could not be carried out.
+#[derive(Debug)]
+pub struct Refusal {
+    outcome: Outcome,
+    problems: Problems,
+}
+
+impl Refusal {
+    /// The command line is wrong.
+    pub fn misused(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { outcome: Outcome::Misused, problems: Problem::nowhere(message, hint).into() }
+    }
+
+    /// Something failed.
+    pub fn failed(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { outcome: Outcome::Failed, problems: Problem::nowhere(message, hint).into() }
+    }
+
+    /// What the command comes to.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome
+    }
+
+    /// What is wrong.
+    pub fn problems(&self) -> &Problems {
+        &self.problems
+    }
+
+    /// Tells a person, as a compiler would, and returns what the command comes to.
+    pub fn tell(self) -> Outcome {
+        let colour = Paint::stderr().is_coloured();
+        let list = self.problems.list();
+        let text = if list.iter().any(|problem| problem.location().is_some()) {
+            self.problems.render(colour)
+        } else {
+            list.iter().map(|problem| problem.render(colour)).collect::<Vec<_>>().join("\n\n")
+        };
+        style::complain_of(&text);
+        self.outcome
+    }
+}
+
+impl From<Problems> for Refusal {
+    fn from(problems: Problems) -> Self {
+        Self { outcome: Outcome::Misused, problems }
+    }
+}
+
+impl From<RunError> for Refusal {
+    fn from(error: RunError) -> Self {
+        let hint = match error {
+            RunError::Config(problems) => return problems.into(),
+            RunError::Link(ref error) => error.hint(),
+            RunError::Output(_) => "name another directory with `--out`".to_owned(),
+            RunError::Record(RecordError::Create { .. }) => {
+                "name another file with `--record`, in a directory that exists, or run with `--no-record`".to_owned()
+            }
+            RunError::Record(_) => "look at the disk's free space, or run with `--no-record`".to_owned(),
+            RunError::Fleet(_) => "`-vv` shows more of what led to it".to_owned(),
+        };
+        let text = error.to_string();
+        // Some errors bring their hint along.
+        let message = text.split("\nhint: ").next().unwrap_or_default();
+        Self::failed(message, hint)
+    }
+}
+
+impl From<ReadError> for Refusal {
+    fn from(error: ReadError) -> Self {
+        let message = error.to_string();
+        match error {
+            ReadError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
+                Self::misused(message, "`orienteer run` writes recordings; unless told otherwise, into `out/`")
+            }
+            ReadError::Io { .. } => Self::failed(message, "check the file's permissions and the disk"),
+            ReadError::NotMcap { .. } | ReadError::Foreign { .. } => {
+                Self::misused(message, "name a recording (`.mcap`) that `orienteer run` has written")
+            }
+            ReadError::Empty { .. } | ReadError::Mission { .. } | ReadError::Message { .. } => {
+                Self::failed(message, "the file is damaged; record the mission again")
+            }
+            ReadError::Layout { .. } | ReadError::Payload { .. } => {
+                Self::misused(message, "use the version of orienteer that wrote it, or record the mission again")
+            }
+            ReadError::Robot { .. } => Self::misused(message, "give one of these with `--robot`"),
+            _ => Self::misused(message, "record the mission again"),
+        }
+    }
+}

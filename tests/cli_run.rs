@@ -1,0 +1,212 @@
+//! `orienteer run`, as a person calls it.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod cli_support;
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read},
+    process::{Command, Stdio},
+};
+
+use cli_support::{call, fits, orienteer, repository};
+use orienteer::runtime::recording::{Ending, Reader};
+use serde_json::Value;
+
+#[test]
+fn without_any_file_two_robots_drive_and_leave_maps_picture_and_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "--for", "5", "--out", "here/there"]);
+    assert_eq!((code, errors.as_str()), (0, ""));
+    for name in ["ann", "bob", "distance", "collisions", "had the base", "office-floor, seed 1: 0:05 simulated", "sha256"] {
+        assert!(out.contains(name), "{name} is missing in:\n{out}");
+    }
+    fits(&out);
+    let there = folder.path().join("here/there");
+    let picture = image::open(there.join("office-floor.png")).unwrap();
+    assert!(picture.width() > 500 && picture.height() > 300);
+    assert_eq!(*Reader::open(there.join("office-floor.mcap")).unwrap().ending(), Ending::Complete);
+    // Every file named in the summary is there, and no other.
+    let mut named: Vec<_> = out.lines().filter_map(|line| line.strip_prefix("here/there/")).collect();
+    named.iter_mut().for_each(|line| *line = line.split("  ").next().unwrap());
+    assert!(named.len() >= 8, "{named:?}");
+    assert!(named.iter().all(|name| there.join(name).is_file()), "{named:?}");
+}
+
+/// A map that a run leaves behind is a world that the next run can use.
+#[test]
+fn a_map_is_a_world() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "--for", "60"]);
+    assert_eq!(code, 0, "{errors}");
+    assert!(out.contains("out/ann/map.yaml"), "{out}");
+    let mission = "[mission]\nduration = 5\n[world]\nmap = \"out/ann/map.yaml\"\n[[robot]]\nname = \"cy\"\n\
+                   base = { driver = \"sim\" }\nsonar = { driver = \"sim\" }\nstart = { x = START_X, y = START_Y }\n\
+                   [robot.agent.where-am-i]\n[robot.agent.avoidance]\n";
+    fs::write(folder.path().join("again.toml"), mission.replace("START_X", "5").replace("START_Y", "5")).unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "again.toml"]);
+    assert_eq!(code, 0, "{errors}");
+    assert!(out.contains("cy"), "{out}");
+}
+
+#[test]
+fn a_summary_is_also_told_to_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "--for", "5", "--seed", "7", "--threads", "2", "--json"]);
+    assert_eq!((code, errors.as_str()), (0, ""));
+    let summary: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((&summary["seed"], &summary["ended"]), (&7.into(), &"complete".into()));
+    assert_eq!(summary["robots"].as_array().unwrap().len(), 2);
+    let ann = &summary["robots"][0];
+    assert_eq!((&ann["name"], &ann["collisions"], &ann["overruns"]), (&"ann".into(), &0.into(), &0.into()));
+    assert!(ann["distance_m"].as_f64().unwrap() > 0.2 && ann["time_s"] == 5.0);
+    assert!(ann["held_s"].as_object().unwrap().values().map(|held| held.as_f64().unwrap()).sum::<f64>() <= 5.1);
+    assert!(summary["real_time_factor"].as_f64().unwrap() > 0.0);
+    assert_eq!(summary["recording_hash"].as_str().unwrap().len(), 64);
+    assert!(summary["files"].as_array().unwrap().iter().all(|file| folder.path().join(file.as_str().unwrap()).is_file()));
+
+    // The same seed on one thread gives the same recording, another seed another.
+    let hash = |seed: &str, name: &str| {
+        let (code, out, _) = call(folder.path(), &["run", "--for", "5", "--seed", seed, "--json", "--record", name]);
+        assert_eq!(code, 0);
+        serde_json::from_str::<Value>(&out).unwrap()["recording_hash"].clone()
+    };
+    assert_eq!(hash("7", "again.mcap"), summary["recording_hash"]);
+    assert_ne!(hash("8", "other.mcap"), summary["recording_hash"]);
+    assert!(folder.path().join("again.mcap").is_file());
+}
+
+#[test]
+fn nothing_is_recorded_if_nobody_wants_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, out, _) = call(folder.path(), &["run", "--for", "1", "--no-record", "--json"]);
+    let summary: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((code, &summary["recording_hash"]), (0, &Value::Null));
+    assert!(!out.contains(".mcap"));
+}
+
+#[test]
+fn what_is_wrong_with_a_configuration_is_shown_where_it_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(repository().join("configs/hallway.toml")).unwrap();
+    fs::create_dir(folder.path().join("worlds")).unwrap();
+    fs::copy(repository().join("configs/worlds/hallway.toml"), folder.path().join("worlds/hallway.toml")).unwrap();
+    fs::write(folder.path().join("bad.toml"), text.replace("priority = 10", "priorty = 10").replace("seed = 1", "seed = \"x\""))
+        .unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "bad.toml"]);
+    assert_eq!((code, out.as_str()), (2, ""));
+    assert!(errors.contains("bad.toml:5:8") && errors.contains("bad.toml:19:1"), "{errors}");
+    assert!(errors.contains("did you mean `priority`?") && errors.contains("2 problems"), "{errors}");
+    assert!(!errors.contains('\u{1b}'), "no colour without a terminal: {errors}");
+
+    let (code, _, errors) = call(folder.path(), &["run", "nowhere.toml"]);
+    assert!(code == 2 && errors.contains("there is no file `nowhere.toml`") && errors.contains("help"), "{errors}");
+    let (code, _, errors) = call(folder.path(), &["run", "."]);
+    assert!(code == 2 && errors.contains("help"), "{errors}");
+}
+
+#[test]
+fn absurd_options_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["run", "--for", "1e300"][..],
+        &["run", "--for", "-1"],
+        &["run", "--speed", "0"],
+        &["run", "--speed", "nan"],
+        &["run", "--threads", "0"],
+        &["run", "--seed", "x"],
+        &["run", "--record", "a", "--no-record"],
+        &["run", "--frobnicate"],
+        &["frobnicate"],
+        &["why", "x.mcap"],
+        &["list", "robots"],
+        &["reproduce", "everything"],
+        &[],
+    ] {
+        let (code, out, errors) = call(folder.path(), arguments);
+        assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}");
+        assert!(!errors.is_empty() && !errors.contains("panicked"), "{arguments:?}: {errors}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "something was written");
+}
+
+#[test]
+fn what_cannot_be_written_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), "").unwrap();
+    let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--out", "file/x"]);
+    assert!(code == 3 && errors.contains("--out"), "{code} {errors}");
+    let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--record", "no/such/place.mcap"]);
+    assert!(code == 3 && errors.contains("no/such/place.mcap") && errors.contains("help"), "{code} {errors}");
+    // A directory stands where the picture should go: the mission went well, but its picture is lost.
+    fs::create_dir_all(folder.path().join("out/office-floor.png")).unwrap();
+    let (code, out, errors) = call(folder.path(), &["run", "--for", "1"]);
+    assert!(code == 3 && errors.contains("office-floor.png") && out.contains("ann"), "{code} {errors}");
+}
+
+#[test]
+fn log_lines_are_shown_on_demand() {
+    let folder = tempfile::tempdir().unwrap();
+    let errors = |flag: &[&str]| {
+        let mut arguments = vec!["run", "--for", "60", "--no-record"];
+        arguments.extend(flag);
+        let (code, _, errors) = call(folder.path(), &arguments);
+        assert_eq!(code, 0);
+        errors
+    };
+    assert_eq!(errors(&["-q"]), "");
+    assert!(errors(&["-v"]).contains("INFO"));
+    assert!(errors(&["-vv"]).contains("DEBUG"));
+}
+
+/// Sends a signal to a mission at five times real time, once it has begun.
+#[test]
+fn ctrl_c_ends_a_mission_in_good_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(orienteer(folder.path()).get_program())
+        .args(["run", "--speed", "5", "--out", "out", "-v"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The first log line says that the mission is under way.
+    let mut errors = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    errors.read_line(&mut line).unwrap();
+    assert!(line.contains("INFO"), "{line}");
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let mut out = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+    let mut rest = String::new();
+    errors.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+    assert!(out.contains("stopped by Ctrl-C") && out.contains("ann") && out.contains("bob"), "{out}");
+
+    let recording = folder.path().join("out/office-floor.mcap");
+    assert_eq!(*Reader::open(&recording).unwrap().ending(), Ending::Complete);
+    let (code, out, errors) = call(folder.path(), &["verify", "out/office-floor.mcap"]);
+    assert_eq!(code, 0, "{out}{errors}");
+}
+
+/// The log is not part of this repository. Where it is absent, the program must say what to do.
+#[test]
+fn a_real_log_is_mapped() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = repository().join("configs/robond-log.toml");
+    let out = folder.path().to_str().unwrap();
+    let (code, text, errors) = call(repository(), &["run", config.to_str().unwrap(), "--out", out]);
+    if repository().join("../shared/data/robond-8sonar").is_dir() {
+        assert_eq!(code, 0, "{errors}");
+        assert!(text.contains("free cells") && text.contains("25.0 m"), "{text}");
+    } else {
+        assert_eq!(code, 2);
+    }
+
+    // Alone in a directory it can't find its data, wherever that is.
+    fs::copy(config, folder.path().join("robond-log.toml")).unwrap();
+    let (code, _, errors) = call(folder.path(), &["run", "robond-log.toml"]);
+    assert_eq!(code, 2);
+    assert!(errors.contains("poses.txt") && errors.contains("comments of the mission"), "{errors}");
+}
