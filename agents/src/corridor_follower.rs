@@ -6,19 +6,25 @@
 //! prints no law for it).
 //!
 //! * [`CorridorFilter`] works out where the robot is between the walls, from all transducers that can see one.
+//!   Where it starts, the walls are found by vote; where they step in or out by less than an opening, it takes them where they
+//!   now are, so that the middle is always that of the free way between cupboards.
 //! * [`SideWatch`] notices where a wall ends and where its corner must be.
 //! * [`Follower`] is the manoeuvre: settle, follow, look past the corner, come back to the start pose, report.
 //!
 //! While a higher priority has the base the follower hangs on, goes on listening, and resumes when the base comes back.
 
+mod acquire;
 mod corridor_filter;
 mod follower;
+mod median;
 mod side_watch;
+mod wall_shift;
 
 use orienteer_runtime::{
     agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
+    arbitration::client::BaseState,
     time::Time,
-    topics::{CorridorOrder, CorridorReport, Odometry, PoseEstimate, SonarScan},
+    topics::{CorridorOrder, CorridorReport, Odometry, Opening, PoseEstimate, SonarScan},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -69,6 +75,10 @@ pub struct CorridorFollowerConfig {
     /// A side must have been a wall for this long, m, before its end counts as an opening.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub wall_before_opening: f64,
+    /// An opening is at least so much deeper than the wall, m: the robot's body fits into it. Less is a recess, or the end of a
+    /// cupboard.
+    #[schemars(range(min = 0.1, max = 5.0))]
+    pub opening_depth: f64,
     /// How far to go on past the first corner to see whether the other side opens as well, m.
     #[schemars(range(min = 0.0, max = 2.0))]
     pub probe: f64,
@@ -91,6 +101,7 @@ impl Default for CorridorFollowerConfig {
             look_ahead: 0.8,
             front_stop: 0.48,
             wall_before_opening: 0.5,
+            opening_depth: 0.65,
             probe: 0.1,
             patience: 5.0,
             blind: 2.5,
@@ -106,7 +117,18 @@ pub struct CorridorFollower {
     order: u32,
     autostart: bool,
     stretches: u32,
+    /// How the stretches ended.
+    endings: [u32; ENDINGS.len()],
 }
+
+/// Names under which the follower counts how its stretches ended.
+const ENDINGS: [(Opening, &str); 5] = [
+    (Opening::Left, "openings_left"),
+    (Opening::Right, "openings_right"),
+    (Opening::Both, "openings_both"),
+    (Opening::DeadEnd, "dead_ends"),
+    (Opening::Lost, "lost"),
+];
 
 impl CorridorFollower {
     fn take_orders(&mut self, inputs: &Inputs, out: &mut Outputs) {
@@ -137,6 +159,9 @@ impl Behaviour for CorridorFollower {
         for scan in inputs.each::<SonarScan>() {
             self.follower.heard(scan);
         }
+        if let BaseState::Overridden { .. } = out.base.state() {
+            self.follower.overridden();
+        }
         match self.follower.wish(now) {
             Wish::Nothing => {}
             Wish::Drive(twist) => out.base.drive(twist),
@@ -148,6 +173,9 @@ impl Behaviour for CorridorFollower {
                 out.say(format!("{opening:?} after {length:.2} m"));
                 out.base.release();
                 self.stretches += 1;
+                for (count, _) in self.endings.iter_mut().zip(ENDINGS).filter(|(_, (ending, _))| *ending == opening) {
+                    *count += 1;
+                }
                 self.order = 0;
             }
         }
@@ -155,6 +183,9 @@ impl Behaviour for CorridorFollower {
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         last_words.fact("corridors", f64::from(self.stretches));
+        for (count, (_, name)) in self.endings.iter().zip(ENDINGS) {
+            last_words.fact(name, f64::from(*count));
+        }
     }
 }
 
@@ -169,8 +200,9 @@ impl Agent for CorridorFollower {
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {
-        let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone())
-            .ok_or_else(|| BuildError::new("a corridor follower needs transducers that look ahead, to the left and to the right"))?;
-        Ok(Self { follower, order: 0, autostart: config.autostart, stretches: 0 })
+        let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone()).ok_or_else(|| {
+            BuildError::new("a corridor follower needs transducers that look ahead, to the left and to the right")
+        })?;
+        Ok(Self { follower, order: 0, autostart: config.autostart, stretches: 0, endings: Default::default() })
     }
 }

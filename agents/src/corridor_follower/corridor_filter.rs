@@ -35,30 +35,48 @@ pub struct Comparison {
     pub surplus: f64,
     /// True if the beam holds the wall's normal, so that the reading is the perpendicular distance.
     pub perpendicular: bool,
+    /// How far ahead of the robot's centre, along the corridor, the transducer's face is, m.
+    pub ahead: f64,
+    /// Expected range, m.
+    pub expected: f64,
+    /// Slope of the beam's trailing edge: how far it lags behind the face for each metre away from it.
+    pub lag: f64,
 }
 
 /// Beams farther than this off the wall's normal (beyond the beam's own half angle) are not used: they may hear nothing.
-const GRAZING: f64 = 0.30;
+pub(super) const GRAZING: f64 = 0.30;
 /// Standard deviation of a reading: noise, quantisation and rough walls.
 const READING: f64 = 0.03;
+/// Standard deviation of the distance to a wall that was seen at the start: quantised readings, and a robot that is not aligned.
+const SEEN: f64 = 0.08;
+/// Standard deviation of the distance to a wall that was not.
+const GUESSED: f64 = 0.4;
 /// A reading this far off is not the wall, however uncertain the estimate.
 const FAR_OFF: f64 = 0.5;
 
 impl CorridorFilter {
-    /// A robot somewhere near the middle of a corridor, facing roughly along it, given the free distances from its centre to
-    /// the left and right (m); an unknown side is taken to be as far as the other.
+    /// A robot in a corridor, given the distances from its centre to the walls on the left and on the right (m) and its heading
+    /// relative to them. An unseen side is taken to be as far as the other, and known to be a guess.
     #[must_use]
-    pub fn new(left: Option<f64>, right: Option<f64>) -> Option<Self> {
-        let (left, right) = match (left, right) {
+    pub fn new(left: Option<f64>, right: Option<f64>, heading: f64) -> Option<Self> {
+        let (l, r) = match (left, right) {
             (Some(left), Some(right)) => (left, right),
             (Some(one), None) | (None, Some(one)) => (one, one),
             (None, None) => return None,
         };
-        let deviations = Vector3::new(0.10, 0.20, 0.20);
-        Some(Self {
-            state: Vector3::new(0.5 * (right - left), 0.0, left + right),
-            covariance: Matrix3::from_diagonal(&deviations.component_mul(&deviations)),
-        })
+        let variance = |seen: Option<f64>| if seen.is_some() { SEEN * SEEN } else { GUESSED * GUESSED };
+        let (vl, vr) = (variance(left), variance(right));
+        let (both, skew) = (vl + vr, 0.5 * (vr - vl));
+        let covariance = Matrix3::new(0.25 * both, 0.0, skew, 0.0, 0.15 * 0.15, 0.0, skew, 0.0, both);
+        Some(Self { state: Vector3::new(0.5 * (r - l), heading, l + r), covariance })
+    }
+
+    /// Takes the wall on one side to stand `by` farther away than thought, or nearer if negative.
+    pub fn shift_wall(&mut self, side: Side, by: f64) {
+        self.state[0] -= 0.5 * side.sign() * by;
+        self.state[2] += by;
+        self.covariance[(0, 0)] += 0.25 * SEEN * SEEN;
+        self.covariance[(2, 2)] += SEEN * SEEN;
     }
 
     /// Offset of the robot's centre to the left of the middle, m.
@@ -102,8 +120,12 @@ impl CorridorFilter {
                 Echo::TooNear | Echo::NotFired => continue,
             };
             let surplus = reading - expected;
-            let perpendicular = self.off_normal(transducer, side).abs() <= transducer.half_beam;
-            compared(i, Comparison { side, surplus, perpendicular });
+            let off = off_normal(self.heading() + transducer.mount.heading, side);
+            let perpendicular = off.abs() <= transducer.half_beam;
+            let (sin, cos) = self.heading().sin_cos();
+            let ahead = transducer.mount.x * cos - transducer.mount.y * sin;
+            let lag = (side.sign() * off + transducer.half_beam).tan();
+            compared(i, Comparison { side, surplus, perpendicular, ahead, expected, lag });
             self.update(surplus, slope);
         }
     }
@@ -113,7 +135,7 @@ impl CorridorFilter {
         let (sin, cos) = self.heading().sin_cos();
         let mount = transducer.mount;
         let side = if angle::wrap(self.heading() + mount.heading) > 0.0 { Side::Left } else { Side::Right };
-        let off = self.off_normal(transducer, side);
+        let off = off_normal(self.heading() + mount.heading, side);
         let grazing = (off.abs() - transducer.half_beam).max(0.0);
         if grazing > GRAZING {
             return None;
@@ -123,13 +145,9 @@ impl CorridorFilter {
         let sign = side.sign();
         let distance = 0.5 * self.width() - sign * face;
         let stretch = 1.0 / grazing.cos();
-        let by_heading = -sign * face_slope * stretch + distance * stretch * grazing.tan() * off.signum() * f64::from(u8::from(grazing > 0.0));
+        let by_heading =
+            -sign * face_slope * stretch + distance * stretch * grazing.tan() * off.signum() * f64::from(u8::from(grazing > 0.0));
         (distance > 0.0).then(|| (side, distance * stretch, RowVector3::new(-sign * stretch, by_heading, 0.5 * stretch)))
-    }
-
-    /// Angle from the wall's normal to the beam's axis.
-    fn off_normal(&self, transducer: &Transducer, side: Side) -> f64 {
-        angle::turn(side.sign() * std::f64::consts::FRAC_PI_2, self.heading() + transducer.mount.heading)
     }
 
     fn update(&mut self, surplus: f64, slope: RowVector3<f64>) {
@@ -146,27 +164,38 @@ impl CorridorFilter {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::{FRAC_PI_8, TAU};
+/// Angle from the normal of a side's wall to a beam of this bearing in the corridor's frame, rad.
+pub(super) fn off_normal(bearing: f64, side: Side) -> f64 {
+    angle::turn(side.sign() * std::f64::consts::FRAC_PI_2, bearing)
+}
 
-    use orienteer_runtime::{time::Time, topics::FiringProgram};
-    use proptest::prelude::*;
+#[cfg(test)]
+pub(super) mod fixtures {
+    use std::f64::consts::FRAC_PI_8;
+
+    use orienteer_runtime::topics::FiringProgram;
 
     use super::*;
 
-    fn ring() -> Ring {
+    pub fn ring() -> Ring {
         let transducers = (0..16)
             .map(|k| {
                 let bearing = -f64::from(k) * FRAC_PI_8;
                 Transducer { mount: Pose::new(0.08 * bearing.cos(), 0.08 * bearing.sin(), bearing), half_beam: 0.21 }
             })
             .collect();
-        Ring { name: "test".into(), transducers, min_range: 0.1, max_range: 7.0, slot_time: 0.01, program: FiringProgram::default() }
+        Ring {
+            name: "test".into(),
+            transducers,
+            min_range: 0.1,
+            max_range: 7.0,
+            slot_time: 0.01,
+            program: FiringProgram::default(),
+        }
     }
 
     /// An independent oracle: the nearest point of either wall over a fan of rays through the beam, within 30° of normal.
-    fn range(transducer: &Transducer, e: f64, phi: f64, width: f64) -> Echo {
+    pub fn range(transducer: &Transducer, e: f64, phi: f64, width: f64) -> Echo {
         let face = Pose::new(0.0, e, phi).then(transducer.mount);
         let rays = (-2000..=2000).map(|n| face.heading + transducer.half_beam * f64::from(n) / 2000.0);
         let nearest = rays
@@ -177,6 +206,21 @@ mod tests {
             .fold(f64::INFINITY, f64::min);
         if nearest.is_finite() { Echo::Range(nearest as f32) } else { Echo::Nothing }
     }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use std::f64::consts::TAU;
+
+    use orienteer_runtime::time::Time;
+    use proptest::prelude::*;
+
+    use super::{
+        fixtures::{range, ring},
+        *,
+    };
 
     proptest! {
         #[test]
@@ -184,7 +228,7 @@ mod tests {
             e in -0.2..0.2f64, phi in -0.17..0.17f64, width in 1.12..2.5f64
         ) {
             let ring = ring();
-            let mut filter = CorridorFilter::new(Some(0.5 * width), Some(0.5 * width)).unwrap();
+            let mut filter = CorridorFilter::new(Some(0.5 * width), Some(0.5 * width), 0.0).unwrap();
             let (mut pose, step) = (Pose::new(0.0, e, phi), Pose::new(0.02, 0.0, 0.0));
             for n in 0..50 {
                 let echoes: Vec<_> = ring.transducers.iter().map(|t| range(t, pose.y, pose.heading, width)).collect();
@@ -200,7 +244,7 @@ mod tests {
         #[test]
         fn any_heading_leaves_a_finite_estimate(phi in -TAU..TAU, readings in prop::collection::vec(0.0f32..8.0, 16)) {
             let ring = ring();
-            let mut filter = CorridorFilter::new(Some(0.6), None).unwrap();
+            let mut filter = CorridorFilter::new(Some(0.6), None, 0.0).unwrap();
             filter.predict(Pose::new(0.1, 0.0, phi));
             let echoes: Vec<_> = readings.into_iter().map(Echo::Range).collect();
             filter.correct(&ring, &SonarScan::from_echoes(Time::START, 1, &echoes), |_, _| {});

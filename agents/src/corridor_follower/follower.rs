@@ -1,13 +1,15 @@
 use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
 use orienteer_runtime::{
-    geometry::{Pose, Twist},
+    geometry::{Pose, Twist, angle},
     robot_model::{Platform, Ring},
     time::Time,
-    topics::{Echo, Odometry, Opening, SonarScan},
+    topics::{Odometry, Opening, SonarScan},
 };
 
-use super::{CorridorFilter, CorridorFollowerConfig, Side, SideWatch};
+use super::{
+    Comparison, CorridorFilter, CorridorFollowerConfig, Side, SideWatch, acquire::acquire, median::Median, wall_shift::WallShift,
+};
 
 /// The manoeuvre of following one stretch of corridor.
 #[derive(Debug)]
@@ -20,13 +22,23 @@ pub struct Follower {
     stage: Stage,
     filter: Option<CorridorFilter>,
     odometry: Option<Pose>,
+    /// Speed, and the time up to which the path is known.
+    speed: f64,
+    moved_until: Time,
     /// Path length along the corridor since the order, m.
     path: f64,
     /// Path length at which a wall was seen last.
     wall_seen: f64,
     sides: [SideWatch; 2],
-    medians: [Median; 3],
+    shifts: [WallShift; 2],
+    /// Share of late readings that fitted a wall, of those that should.
+    fit: f64,
+    /// The last readings of each transducer, and a buffer for their medians.
+    medians: Vec<Median>,
+    ranges: Vec<f64>,
     blocked_since: Option<Time>,
+    /// Since when the robot is where it is, when it wants to move.
+    stalled: Option<(Time, f64)>,
 }
 
 /// What the follower wants in a step.
@@ -56,13 +68,34 @@ enum Stage {
     Settle,
     Follow,
     /// Past the first corner, to see whether the other side opens too.
-    Probe { corner: f64, until: f64 },
+    Probe {
+        until: f64,
+    },
     /// To the start pose.
-    Place { at: f64, opening: Opening },
+    Place {
+        at: f64,
+        opening: Opening,
+    },
 }
 
+/// Slower than this it stands, m/s and rad/s.
+const STILL: f64 = 0.02;
+/// Off the corridor's direction by no more than this, what a flank hears belongs to the path, rad.
+const ALONG: f64 = 0.35;
+/// A reading this near to what is expected fits, m.
+const FITS: f64 = 0.2;
+/// Weight of a new reading in the share of those that fit; its time constant is 2 s on Huey's ring.
+const FORGETTING: f64 = 0.002;
+/// If fewer fit than this share, the estimate is wrong.
+const LOST_TRACK: f64 = 0.15;
+/// Off its course by more than this, the robot turns before it goes, rad.
+const FAR_OFF_COURSE: f64 = 0.6;
 /// At the start pose within this distance, m.
 const PLACED: f64 = 0.01;
+/// Corners on both sides that are no farther apart along the corridor belong to one opening, m.
+const OPPOSITE: f64 = 0.2;
+/// How far the robot's centre may go past a corner for the sake of looking at the other side, m.
+const FARTHEST_PROBE: f64 = 0.6;
 /// Facing along the corridor within this angle, rad.
 const ALIGNED: f64 = 0.03;
 
@@ -73,19 +106,25 @@ impl Follower {
         let facing = |bearing| ring.nearest_to(bearing).filter(|i| ring.within(bearing, 0.2).any(|j| j == *i));
         let (front, left, right) = (facing(0.0)?, facing(FRAC_PI_2)?, facing(-FRAC_PI_2)?);
         Some(Self {
-            config,
-            ring,
-            platform,
             front,
             flanks: [left, right],
             stage: Stage::Idle,
             filter: None,
             odometry: None,
+            speed: 0.0,
+            moved_until: Time::START,
             path: 0.0,
             wall_seen: 0.0,
-            sides: [SideWatch::default(); 2],
-            medians: Default::default(),
+            sides: [SideWatch::new(config.wall_before_opening, config.opening_depth); 2],
+            shifts: Default::default(),
+            fit: 1.0,
+            medians: vec![Median::default(); ring.transducers.len()],
+            ranges: Vec::with_capacity(ring.transducers.len()),
             blocked_since: None,
+            stalled: None,
+            config,
+            ring,
+            platform,
         })
     }
 
@@ -94,9 +133,10 @@ impl Follower {
         self.stage = Stage::Settle;
         self.filter = None;
         (self.path, self.wall_seen) = (0.0, 0.0);
-        self.sides = Default::default();
-        self.medians = Default::default();
-        self.blocked_since = None;
+        self.sides = [SideWatch::new(self.config.wall_before_opening, self.config.opening_depth); 2];
+        self.shifts = Default::default();
+        self.medians.fill(Median::default());
+        (self.blocked_since, self.stalled) = (None, None);
     }
 
     /// Gives the stretch up.
@@ -122,30 +162,51 @@ impl Follower {
             filter.predict(moved);
         }
         self.odometry = Some(odometry.pose);
+        (self.speed, self.moved_until) = (odometry.twist.linear, odometry.stamp);
+        if self.stage == Stage::Settle && (odometry.twist.linear.abs() > STILL || odometry.twist.angular.abs() > STILL) {
+            // What was heard while it moved does not belong together.
+            self.medians.fill(Median::default());
+        }
     }
 
     /// Takes a scan.
     pub fn heard(&mut self, scan: &SonarScan) {
-        for (median, transducer) in self.medians.iter_mut().zip([self.flanks[0], self.flanks[1], self.front]) {
-            if scan.is_fresh(transducer) {
-                median.push(scan.echo(transducer), self.ring.max_range);
-            }
+        for (i, median) in self.medians.iter_mut().enumerate().filter(|(i, _)| scan.is_fresh(*i)) {
+            median.push(scan.echo(i), self.ring.max_range);
         }
-        let (ring, path) = (self.ring.clone(), self.path);
-        let Some(filter) = &mut self.filter else { return };
-        let (sides, wall_seen) = (&mut self.sides, &mut self.wall_seen);
-        filter.correct(&ring, scan, |i, comparison| {
-            if comparison.perpendicular {
-                let expected = match scan.echo(i) {
-                    Echo::Range(range) => f64::from(range) - comparison.surplus,
-                    _ => 0.0,
-                };
-                sides[comparison.side as usize].hear(path, comparison.surplus, expected);
+        let Self { filter: Some(filter), ring, sides, shifts, wall_seen, fit, .. } = self else { return };
+        // The robot has moved since the echo came.
+        let (speed, late) = (self.speed * filter.heading().cos(), self.moved_until.secs_since(scan.stamp));
+        let (path, depth, along) = (self.path, self.config.opening_depth, filter.heading().abs() < ALONG);
+        let mut shifted = [None; 2];
+        filter.correct(ring, scan, |i, compared| {
+            let Comparison { side, surplus, perpendicular, .. } = compared;
+            let fits = surplus.abs() < FITS;
+            *fit += FORGETTING * (f64::from(u8::from(fits)) - *fit);
+            if !perpendicular {
+                return;
             }
-            if comparison.surplus.abs() < 0.2 {
+            if fits {
                 *wall_seen = path;
             }
+            // While it turns or stands across, what passes before the beams does not follow the path.
+            if along {
+                let at = path - speed * (late + f64::from(scan.age(i)));
+                sides[side as usize].hear(at, &compared);
+                let step = if surplus < depth { surplus } else { f64::INFINITY };
+                shifted[side as usize] = shifts[side as usize].hear(at, step).or(shifted[side as usize]);
+            }
         });
+        for (side, by) in [Side::Left, Side::Right].into_iter().zip(shifted) {
+            if let Some(by) = by {
+                filter.shift_wall(side, by);
+            }
+        }
+    }
+
+    /// Somebody else moves the robot: what its front sonar meets meanwhile says nothing of the way ahead.
+    pub fn overridden(&mut self) {
+        (self.blocked_since, self.stalled) = (None, None);
     }
 
     /// What to do now.
@@ -154,40 +215,66 @@ impl Follower {
             Stage::Idle => Wish::Nothing,
             Stage::Settle => self.settle(),
             Stage::Follow => self.follow(now),
-            Stage::Probe { corner, until } => self.probe(corner, until),
-            Stage::Place { at, opening } => self.place(at, opening),
+            Stage::Probe { until } => self.probe(now, until),
+            Stage::Place { at, opening } => self.place(now, at, opening),
         }
     }
 
     fn settle(&mut self) -> Wish {
-        if !self.medians.iter().all(Median::is_full) {
+        let needed = [self.flanks[0], self.flanks[1], self.front];
+        if !needed.iter().all(|i| self.medians[*i].is_full()) {
             return Wish::Drive(Twist::STOP);
         }
-        let beside = |side: usize| {
-            let free = self.medians[side].value() + self.ring.transducers[self.flanks[side]].mount.y.abs();
-            (free < self.config.blind.max(1.6)).then_some(free)
-        };
-        match CorridorFilter::new(beside(0), beside(1)) {
-            Some(filter) => {
-                self.filter = Some(filter);
-                self.stage = Stage::Follow;
-                Wish::Drive(Twist::STOP)
-            }
-            None => self.report(Opening::Lost),
+        let unheard = self.ring.max_range;
+        self.ranges.clear();
+        self.ranges.extend(self.medians.iter().map(|median| if median.is_full() { median.value() } else { unheard }));
+        // Without a new one the old estimate, if there is one, is better than none.
+        if let Some(filter) = acquire(&self.ring, &self.ranges) {
+            self.filter = Some(filter);
+        }
+        if self.filter.is_none() {
+            return self.report(Opening::Lost);
+        }
+        (self.fit, self.wall_seen) = (1.0, self.path);
+        self.stage = Stage::Follow;
+        Wish::Drive(Twist::STOP)
+    }
+
+    /// Clear distance ahead of the front transducer.
+    fn ahead(&self) -> f64 {
+        self.medians[self.front].value()
+    }
+
+    /// The near corner of the opening that is being passed: the mean of two that lie opposite each other.
+    fn corner(&self) -> Option<f64> {
+        match self.sides.each_ref().map(SideWatch::corner) {
+            [Some(a), Some(b)] if (a - b).abs() < OPPOSITE => Some(0.5 * (a + b)),
+            [Some(a), Some(b)] => Some(a.min(b)),
+            [a, b] => a.or(b),
         }
     }
 
     fn follow(&mut self, now: Time) -> Wish {
-        let half_beam = self.ring.transducers[self.flanks[0]].half_beam;
-        let ended = |side: Side| self.sides[side as usize].ended(self.config.wall_before_opening, half_beam);
-        if let Some(corner) = [ended(Side::Left), ended(Side::Right)].into_iter().flatten().reduce(f64::min) {
-            self.stage = Stage::Probe { corner, until: self.path + self.config.probe };
-            return self.probe(corner, self.path + self.config.probe);
+        if let Some(corner) = self.corner() {
+            let until = corner + self.config.probe;
+            self.stage = Stage::Probe { until };
+            self.stalled = None;
+            return self.probe(now, until);
         }
         if self.path - self.wall_seen > self.config.blind {
             return self.report(Opening::Lost);
         }
-        let room = self.medians[2].value() - self.config.front_stop;
+        if self.fit < LOST_TRACK {
+            self.stage = Stage::Settle;
+            self.medians.fill(Median::default());
+            return Wish::Drive(Twist::STOP);
+        }
+        let room = self.ahead() - self.config.front_stop;
+        if self.must_turn() {
+            // What the front sonar hears now is not what lies ahead.
+            self.blocked_since = None;
+            return Wish::Drive(self.steer(0.0));
+        }
         if room > 0.02 {
             self.blocked_since = None;
             // Half of what the base could do, so that protection has nothing to add.
@@ -201,9 +288,16 @@ impl Follower {
         Wish::Drive(Twist::STOP)
     }
 
-    fn probe(&mut self, corner: f64, until: f64) -> Wish {
-        let blocked = self.medians[2].value() < 0.5 * self.config.front_stop;
-        if self.path < until && !blocked {
+    /// On, slowly, until the beams of both sides are past the corner.
+    fn probe(&mut self, now: Time, until: f64) -> Wish {
+        let Some(corner) = self.corner() else {
+            // The wall is back: it was only a gap.
+            self.stage = Stage::Follow;
+            return Wish::Drive(self.steer(self.config.creep_speed));
+        };
+        let blocked = self.ahead() < 0.5 * self.config.front_stop;
+        let past = self.sides.iter().all(|side| side.edge() >= until);
+        if !past && !blocked && self.path < until + FARTHEST_PROBE && !self.is_stalled(now) {
             return Wish::Drive(self.steer(self.config.creep_speed));
         }
         let opening = match (self.sides[0].is_open(), self.sides[1].is_open()) {
@@ -213,12 +307,26 @@ impl Follower {
         };
         let at = corner - self.ring.transducers[self.front].mount.x;
         self.stage = Stage::Place { at, opening };
-        self.place(at, opening)
+        self.stalled = None;
+        self.place(now, at, opening)
     }
 
-    fn place(&mut self, at: f64, opening: Opening) -> Wish {
+    /// True if the robot has not come on for the time of patience, although it wanted to.
+    fn is_stalled(&mut self, now: Time) -> bool {
+        let (since, path) = *self.stalled.get_or_insert((now, self.path));
+        if (self.path - path).abs() > PLACED {
+            self.stalled = Some((now, self.path));
+            return false;
+        }
+        now.secs_since(since) > self.config.patience
+    }
+
+    fn place(&mut self, now: Time, at: f64, opening: Opening) -> Wish {
         let remaining = at - self.path;
-        if remaining.abs() > PLACED {
+        if self.must_turn() {
+            return Wish::Drive(self.steer(0.0));
+        }
+        if remaining.abs() > PLACED && !self.is_stalled(now) {
             let speed = (1.5 * remaining).clamp(-self.config.creep_speed, self.config.creep_speed);
             let heading = self.filter.as_ref().map_or(0.0, CorridorFilter::heading);
             // Only keep straight: the offset can't be mended on so short a way.
@@ -232,14 +340,26 @@ impl Follower {
         self.report(opening)
     }
 
-    /// Towards the middle of the corridor and along it: the course aims at a point `look_ahead` ahead on the axis.
+    /// Where to head, relative to the corridor: at the point `look_ahead` ahead on its axis.
+    fn course(&self) -> f64 {
+        self.filter.as_ref().map_or(0.0, |filter| -(filter.offset() / self.config.look_ahead).atan().clamp(-0.5, 0.5))
+    }
+
+    /// From the heading to the course.
+    fn off_course(&self) -> f64 {
+        self.filter.as_ref().map_or(0.0, |filter| angle::turn(filter.heading(), self.course()))
+    }
+
+    /// True if it faces so far off that it must turn before it goes: after an evasion it may face anywhere.
+    fn must_turn(&self) -> bool {
+        self.platform.turning_radius == 0.0 && self.off_course().abs() > FAR_OFF_COURSE
+    }
+
+    /// Towards the middle of the corridor and along it.
     fn steer(&self, speed: f64) -> Twist {
-        let Some(filter) = &self.filter else { return Twist::STOP };
-        let course = -(filter.offset() / self.config.look_ahead).atan().clamp(-0.5, 0.5);
-        let off = course - filter.heading();
+        let off = self.off_course();
         let angular = (2.0 * off).clamp(-self.config.turn_rate, self.config.turn_rate);
-        // After an evasion the robot may face anywhere: first turn, then go.
-        let share = if off.abs() > 0.6 && self.platform.turning_radius == 0.0 { 0.0 } else { off.cos().max(0.3) };
+        let share = if self.must_turn() { 0.0 } else { off.cos().max(0.3) };
         Twist::new(speed * share, angular)
     }
 
@@ -248,36 +368,8 @@ impl Follower {
         Wish::Report {
             opening,
             width: self.filter.as_ref().map_or(0.0, CorridorFilter::width),
-            ahead: self.medians[2].value() + self.ring.transducers[self.front].mount.x,
+            ahead: self.ahead() + self.ring.transducers[self.front].mount.x,
             length: self.path,
         }
-    }
-}
-
-/// Median of the last few readings of a transducer. A median rather than a mean: one spurious echo must not show.
-#[derive(Debug, Default)]
-struct Median {
-    values: [f64; Median::SIZE],
-    count: usize,
-}
-
-impl Median {
-    const SIZE: usize = 5;
-
-    fn push(&mut self, echo: Echo, max_range: f64) {
-        if let Some(free) = echo.free_distance(max_range as f32) {
-            self.values[self.count % Self::SIZE] = f64::from(free);
-            self.count += 1;
-        }
-    }
-
-    fn is_full(&self) -> bool {
-        self.count >= Self::SIZE
-    }
-
-    fn value(&self) -> f64 {
-        let mut sorted = self.values;
-        sorted.sort_unstable_by(f64::total_cmp);
-        sorted[Self::SIZE / 2]
     }
 }
