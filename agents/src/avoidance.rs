@@ -9,10 +9,16 @@
 //! * [`caution`] turns that into a cap on the speed, which takes the base from nobody.
 //! * [`Evasion`] is the last resort. It takes the base, turns toward the most open way across the comer's path, drives there,
 //!   waits until nothing comes any more, and turns back to where it was heading.
+//!
+//! A thing at rest must never look like a comer, at whatever angle the beams meet it: see [`Surroundings`].
 
 mod caution;
 mod evasion;
 mod surroundings;
+mod track;
+
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -45,7 +51,8 @@ pub struct AvoidanceConfig {
     /// Something that comes nearer by itself faster than this, m/s, is a threat.
     #[schemars(range(min = 0.02, max = 1.0))]
     pub approach_speed: f64,
-    /// How much nearer it must have come before it is believed, m (Randazza's three rings and 10 cm).
+    /// How much nearer it must have come before the robot steps aside, m (Randazza's three rings and 10 cm); it slows down for
+    /// 0.6 of that.
     #[schemars(range(min = 0.02, max = 1.0))]
     pub approach_distance: f64,
     /// Stop for a threat that would reach the body within this time, s.
@@ -81,7 +88,7 @@ impl Default for AvoidanceConfig {
             slow_clearance: 0.38,
             slow_speed: 0.5,
             approach_speed: 0.1,
-            approach_distance: 0.06,
+            approach_distance: 0.10,
             halt_time: 2.5,
             evade_time: 5.0,
             evade_clearance: 2.2,
@@ -111,7 +118,8 @@ impl Behaviour for Avoidance {
             self.surroundings.heard(scan);
         }
         let idle = !self.evasion.is_active();
-        let limit = caution(&self.config, &self.surroundings, odometry.twist);
+        // Who steps aside looks out for itself; a cap for the sake of the comer would keep it in the comer's way.
+        let limit = caution(&self.config, &self.surroundings, odometry.twist).filter(|_| idle);
         if let Some(speed) = limit {
             out.base.limit(Limits { linear: speed, angular: f64::MAX });
             self.slowed += 1;

@@ -1,4 +1,4 @@
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use orienteer_runtime::geometry::{Twist, angle};
 
@@ -7,24 +7,37 @@ use super::{AvoidanceConfig, Surroundings};
 /// How far to either side of the direction of travel something is in the way: 67.5°.
 const IN_THE_WAY: f64 = 3.0 * PI / 8.0 + 1e-6;
 
+/// How far to either side somebody may still step into its way: a right angle and a little more than half a beam.
+const BESIDE: f64 = FRAC_PI_2 + 0.25;
+/// Somebody who comes from the side this close stops the robot, m, ...
+const AT_HAND: f64 = 0.15;
+/// ... with what they cover until it has noticed them and stands, s.
+const REACTION: f64 = 0.6;
+
 /// The speed that avoidance allows while the robot moves with `twist`; `None` if it has no objection to any.
 ///
-/// Three rules, the strictest holds, each for what lies within 67.5° of the direction of travel:
+/// Three rules for what lies within 67.5° of the direction of travel, of which the strictest holds:
 ///
 /// 1. at or below the stop clearance: 0;
 /// 2. within the slow zone, if it comes nearer by itself or contact is less than 2 s away: from the slow speed at the outer
 ///    edge down to 0 at the inner one;
 /// 3. a threat that would reach the body within the halt time: 0.
+///
+/// And one for who comes from the side, so that they do not find the robot moving toward them: 0 if they are as good as here.
 #[must_use]
 pub fn caution(config: &AvoidanceConfig, surroundings: &Surroundings, twist: Twist) -> Option<f64> {
     let course = if twist.linear < -0.01 { PI } else { 0.0 };
     let mut allowed: Option<f64> = None;
     let mut cap = |speed: f64| allowed = Some(allowed.map_or(speed, |other: f64| other.min(speed)));
     for near in surroundings.all() {
-        if angle::turn(course, near.bearing).abs() > IN_THE_WAY {
+        let off = angle::turn(course, near.bearing).abs();
+        let nearing = near.approach > config.approach_speed && near.came >= 0.6 * config.approach_distance;
+        if off > IN_THE_WAY {
+            if off < BESIDE && nearing && near.clearance < AT_HAND + REACTION * near.approach {
+                cap(0.0);
+            }
             continue;
         }
-        let nearing = near.approach > config.approach_speed && near.came >= config.approach_distance;
         if near.clearance <= config.stop_clearance {
             cap(0.0);
         } else if near.clearance < config.slow_clearance && (nearing || near.clearance < 2.0 * near.closing) {

@@ -19,6 +19,8 @@ pub struct Evasion {
     /// Heading to come back to, odometry frame.
     home: f64,
     calm_since: Option<Time>,
+    /// Since when the base has not moved although it was told to.
+    stuck_since: Option<Time>,
 }
 
 /// What avoidance wants of the base.
@@ -34,9 +36,15 @@ pub enum Move {
 enum Stage {
     Idle,
     /// Turning to a heading (odometry frame), then to drive with this sign.
-    Turn { to: f64, sign: f64 },
+    Turn {
+        to: f64,
+        sign: f64,
+    },
     /// Driving straight from a pose.
-    Drive { from: Pose, sign: f64 },
+    Drive {
+        from: Pose,
+        sign: f64,
+    },
     /// Standing until nothing comes any more.
     Watch,
     /// Turning back to the heading that it had.
@@ -47,16 +55,26 @@ enum Stage {
 const SHORTEST: f64 = 0.2;
 /// Distance kept from everything while stepping aside, m.
 const MARGIN: f64 = 0.06;
-/// A threat this close ends a step that leads toward it, m.
-const TOUCHING: f64 = 0.12;
+/// A threat this close ends a step that leads toward it, m ...
+const TOUCHING: f64 = 0.1;
+/// ... with what it covers until the robot has noticed it and stands, s.
+const REACTION: f64 = 0.4;
+/// Who is abreast of the robot by this much, rad, may be a little ahead of it or a little behind.
+const ABREAST: f64 = 0.2;
+/// Nobody else gets the base while something is this close, m (Randazza 1989: a reading of 30 cm), ...
+const BESET: f64 = 0.08;
+/// ... unless it stays for so long, s: then it is no person.
+const RESIGNED: f64 = 8.0;
 /// Good enough when turning, rad.
 const TURNED: f64 = 0.05;
+/// The base's protection may see an obstacle where avoidance sees none. A move that does not get on for so long is given up, s.
+const STUCK: f64 = 0.5;
 
 impl Evasion {
     /// At rest; `turns` if the base can turn on the spot.
     #[must_use]
     pub fn new(turns: bool) -> Self {
-        Self { stage: Stage::Idle, turns, steps: 0, count: 0, home: 0.0, calm_since: None }
+        Self { stage: Stage::Idle, turns, steps: 0, count: 0, home: 0.0, calm_since: None, stuck_since: None }
     }
 
     /// True while it needs the base.
@@ -71,9 +89,23 @@ impl Evasion {
         self.count
     }
 
+    /// The direction of the step aside that it is about to take or takes, odometry frame, rad.
+    #[must_use]
+    pub fn way(&self) -> Option<f64> {
+        match self.stage {
+            Stage::Turn { to, sign } => Some(if sign > 0.0 { to } else { angle::wrap(to + PI) }),
+            Stage::Drive { from, sign } => Some(if sign > 0.0 { from.heading } else { angle::wrap(from.heading + PI) }),
+            Stage::Idle | Stage::Watch | Stage::Return => None,
+        }
+    }
+
     /// What to do now.
     pub fn step(&mut self, now: Time, config: &AvoidanceConfig, around: &Surroundings, odometry: &Odometry) -> Move {
         let threat = most_urgent(config, around);
+        if self.is_stuck(now, odometry) {
+            self.stuck_since = None;
+            self.stage = if self.stage == Stage::Return { Stage::Idle } else { Stage::Watch };
+        }
         match self.stage {
             Stage::Idle => match threat {
                 Some(threat) if odometry.twist.linear.abs() < 0.1 => {
@@ -103,6 +135,16 @@ impl Evasion {
         }
     }
 
+    /// True if a move has not got on for a while.
+    fn is_stuck(&mut self, now: Time, odometry: &Odometry) -> bool {
+        let moves = matches!(self.stage, Stage::Turn { .. } | Stage::Drive { .. } | Stage::Return);
+        if !moves || odometry.twist.linear.abs() > 0.02 || odometry.twist.angular.abs() > 0.05 {
+            self.stuck_since = None;
+            return false;
+        }
+        now.secs_since(*self.stuck_since.get_or_insert(now)) > STUCK
+    }
+
     /// Chooses the way out: open, across the comer's path rather than along it, and without much turning.
     fn choose(&mut self, config: &AvoidanceConfig, around: &Surroundings, odometry: &Odometry, threat: &Threat) -> Move {
         self.steps += 1;
@@ -123,7 +165,8 @@ impl Evasion {
         // Either end may go first: never turn by more than a quarter.
         let (turn, sign) = if way.abs() <= FRAC_PI_2 { (way, 1.0) } else { (angle::wrap(way + PI), -1.0) };
         self.stage = Stage::Turn { to: angle::wrap(odometry.pose.heading + turn), sign };
-        turn_toward(angle::wrap(odometry.pose.heading + turn), odometry, config.turn_rate).map_or(Move::Drive(Twist::STOP), Move::Drive)
+        turn_toward(angle::wrap(odometry.pose.heading + turn), odometry, config.turn_rate)
+            .map_or(Move::Drive(Twist::STOP), Move::Drive)
     }
 
     fn drive(&mut self, config: &AvoidanceConfig, around: &Surroundings, odometry: &Odometry) -> Move {
@@ -131,8 +174,15 @@ impl Evasion {
         let course = if sign > 0.0 { 0.0 } else { PI };
         let remaining = config.step - from.distance(&odometry.pose);
         let free = around.free_toward(course, MARGIN, 3.0);
-        let toward = |thing: Threat| thing.clearance < TOUCHING && angle::turn(course, thing.bearing).abs() < FRAC_PI_2 + 0.1;
-        let closing_in = around.all().any(|thing| toward(thing) && thing.approach > config.approach_speed);
+        let closing_in = around.all().any(|thing| {
+            let (off, speed) = (angle::turn(course, thing.bearing).abs(), odometry.twist.linear.abs());
+            let soon = match off {
+                off if off < FRAC_PI_2 - ABREAST => TOUCHING + REACTION * (thing.approach + speed),
+                off if off < FRAC_PI_2 + ABREAST => 0.5 * TOUCHING + REACTION * thing.approach,
+                _ => 0.0,
+            };
+            thing.approach > config.approach_speed && thing.clearance < soon
+        });
         if remaining < 0.02 || free < 0.03 || closing_in {
             self.stage = Stage::Watch;
             return Move::Drive(Twist::STOP);
@@ -157,8 +207,9 @@ impl Evasion {
                 }
             }
             None => {
-                let since = *self.calm_since.get_or_insert(now);
-                if now.secs_since(since) >= config.calm {
+                let calm = now.secs_since(*self.calm_since.get_or_insert(now));
+                let beset = around.all().any(|thing| thing.clearance < BESET);
+                if calm >= config.calm && (!beset || calm >= RESIGNED) {
                     self.stage = Stage::Return;
                 }
             }
@@ -176,7 +227,7 @@ fn score(free: f64, off_threat: f64, way: f64) -> f64 {
 fn most_urgent(config: &AvoidanceConfig, around: &Surroundings) -> Option<Threat> {
     around
         .all()
-        .filter(|thing| thing.approach > config.approach_speed && thing.came >= config.approach_distance)
+        .filter(|thing| thing.steady && thing.approach > config.approach_speed && thing.came >= config.approach_distance)
         .filter(|thing| thing.clearance < config.evade_clearance && thing.clearance < config.evade_time * thing.closing)
         .min_by(|a, b| (a.clearance / a.closing).total_cmp(&(b.clearance / b.closing)))
 }

@@ -1,29 +1,37 @@
 use std::sync::Arc;
 
 use orienteer_runtime::{
-    geometry::Pose,
+    geometry::{Pose, angle},
     robot_model::Ring,
     time::Time,
     topics::{Echo, Odometry, SonarScan},
 };
 
-/// What each transducer has heard in the last half second, freed of the robot's own motion.
+use super::track::{Reading, Track};
+
+/// What each transducer has heard lately, freed of the robot's own motion.
 ///
-/// While the robot moves straight on, a beam at bearing `b` gets nearer to anything that stands still by `cos b` of the
-/// distance driven. Added back, the reading of a thing at rest is constant, and the slope of a line fitted to the sum is the
-/// speed at which a thing comes nearer by itself. A median of three readings goes before, so that one spurious echo does not
-/// break the history; a jump does, because then the beam has met something else. Turning makes every beam sweep, so histories
-/// begin anew after a turn.
+/// An echo says how far, not where within the beam. While the robot moves by `d` in direction `δ`, a thing at rest, a point or
+/// a wall, at bearing `φ` gets nearer by `d cos(δ − φ)`, and `φ` may be anywhere within the half beam `h` of the axis `b`. So
+/// nothing at rest gets nearer by more than
+///
+/// ```text
+/// d · cos( max(0, |δ − b| − h − tilt) )
+/// ```
+///
+/// where `tilt` allows for walls that answer at the rim of the beam; and when the beam turns by `a`, a wall at distance `r` that
+/// answers at its rim by no more than `r · tan 30° · a`. This most is added back to the readings. What then still
+/// gets nearer moves by itself, at no less than the slope of a line fitted to the sum. The price is that a thing beside the
+/// robot's course must come a little faster to be noticed: by 0.3 of the robot's speed at a right angle.
 #[derive(Debug)]
 pub struct Surroundings {
     ring: Arc<Ring>,
     radius: f64,
     tracks: Vec<Track>,
-    pose: Option<Pose>,
-    travelled: f64,
+    last: Option<(Time, Pose)>,
+    now: Option<(Time, Pose)>,
     /// Speed along the heading, m/s.
     speed: f64,
-    turned_at: Time,
 }
 
 /// Something that a transducer hears.
@@ -35,75 +43,92 @@ pub struct Threat {
     pub distance: f64,
     /// Distance from the body, m.
     pub clearance: f64,
-    /// How fast it comes nearer by itself, m/s.
+    /// How fast it comes nearer by itself, at least, m/s.
     pub approach: f64,
     /// How fast the gap shrinks, own motion included, m/s.
     pub closing: f64,
     /// How much nearer it has come by itself within the history, m.
     pub came: f64,
+    /// It has been coming evenly, as somebody who walks does, and not in a step, as when a beam meets something else.
+    pub steady: bool,
 }
 
-const HISTORY: usize = 24;
-/// Slopes of fewer readings than this are not worth anything.
-const ENOUGH: usize = 8;
-/// A change between two readings that no person walks, m.
-const JUMP: f64 = 0.25;
-/// Turning faster than this, rad/s, sweeps the beams.
-const SWEEPING: f64 = 0.1;
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Track {
-    recent: [f64; 3],
-    heard: usize,
-    samples: [(f64, f64); HISTORY],
-    len: usize,
-    next: usize,
-    range: Option<f64>,
-}
+/// Walls that answer at the rim of a beam may lie this much farther off its axis, rad.
+const TILT: f64 = 0.1;
+/// Beams that point less than this apart may hear the same wall, rad.
+const BESIDE: f64 = 0.5;
+/// A thing that approaches more slowly than this stands, m/s.
+const STANDS: f64 = 0.06;
+/// 1 / cos 30° and some for the transducers standing apart on the ring.
+const RIM: f64 = 1.3;
 
 impl Surroundings {
     /// Nothing heard yet, by this ring on a body of this radius (m).
     #[must_use]
     pub fn new(ring: Arc<Ring>, radius: f64) -> Self {
         let tracks = vec![Track::default(); ring.transducers.len()];
-        Self { ring, radius, tracks, pose: None, travelled: 0.0, speed: 0.0, turned_at: Time::START }
+        Self { ring, radius, tracks, last: None, now: None, speed: 0.0 }
     }
 
     /// Follows the robot's own motion.
     pub fn moved(&mut self, odometry: &Odometry) {
-        if let Some(last) = self.pose {
-            self.travelled += last.between(odometry.pose).x;
+        if self.now.is_none_or(|(stamp, _)| odometry.stamp > stamp) {
+            self.last = self.now;
+            self.now = Some((odometry.stamp, odometry.pose));
         }
-        self.pose = Some(odometry.pose);
         self.speed = odometry.twist.linear;
-        if odometry.twist.angular.abs() > SWEEPING {
-            self.turned_at = odometry.stamp;
-            for track in &mut self.tracks {
-                track.len = 0;
-            }
-        }
     }
 
     /// Takes a scan.
     pub fn heard(&mut self, scan: &SonarScan) {
-        let time = scan.stamp.as_secs_f64();
-        for (i, transducer) in self.ring.transducers.iter().enumerate().filter(|(i, _)| scan.is_fresh(*i)) {
-            let along = self.travelled * transducer.mount.heading.cos();
-            let age = f64::from(scan.age(i));
-            self.tracks[i].push(time - age, scan.echo(i), along, self.ring.max_range);
+        for i in (0..self.ring.transducers.len()).filter(|i| scan.is_fresh(*i)) {
+            let transducer = self.ring.transducers[i];
+            let time = scan.stamp.as_secs_f64() - f64::from(scan.age(i));
+            let pose = self.pose_at(time);
+            let axis = angle::wrap(pose.heading + transducer.mount.heading);
+            let Some(range) = scan.echo(i).free_distance(self.ring.max_range as f32).map(f64::from) else { continue };
+            let heard = scan.echo(i) != Echo::Nothing;
+            let reading = Reading { time, range, heard, at: pose.point(), axis };
+            self.tracks[i].push(reading, transducer.half_beam + TILT);
+        }
+    }
+
+    /// Where the robot was at a time since the last odometry but one.
+    fn pose_at(&self, time: f64) -> Pose {
+        match (self.last, self.now) {
+            (Some((before, from)), Some((after, to))) => {
+                let share = (time - before.as_secs_f64()) / after.secs_since(before).max(1e-6);
+                from.interpolate(to, share.clamp(0.0, 1.0))
+            }
+            (_, now) => now.map_or_else(Pose::default, |(_, pose)| pose),
         }
     }
 
     /// Everything within hearing, one entry for each transducer that hears something.
     pub fn all(&self) -> impl Iterator<Item = Threat> + '_ {
-        self.ring.transducers.iter().zip(&self.tracks).filter_map(|(transducer, track)| {
-            let range = track.range?;
+        self.ring.transducers.iter().zip(&self.tracks).enumerate().filter_map(|(i, (transducer, track))| {
+            let range = track.range()?;
             let bearing = transducer.mount.heading;
             let reach = transducer.mount.x * bearing.cos() + transducer.mount.y * bearing.sin();
-            let (approach, came) = track.approach();
+            let trend = track.trend();
             let distance = range + reach;
-            let closing = approach + self.speed * bearing.cos();
-            Some(Threat { bearing, distance, clearance: (distance - self.radius).max(0.0), approach, closing, came })
+            let closing = trend.approach + self.speed * bearing.cos();
+            let clearance = (distance - self.radius).max(0.0);
+            let (approach, came) = (trend.approach, trend.came);
+            let steady = trend.steady && !self.is_rim_of_wall(i, range);
+            Some(Threat { bearing, distance, clearance, approach, closing, came, steady })
+        })
+    }
+
+    /// True if what transducer `i` hears may be a wall at the rim of its beam, because a beam beside it hears one that stands.
+    ///
+    /// A wall heard by one beam at distance `d` is heard by the next at up to `d / cos 30°`; beyond that angle of incidence
+    /// walls usually give no echo. That second echo slides along the wall as the robot drives and turns.
+    fn is_rim_of_wall(&self, i: usize, range: f64) -> bool {
+        let axis = |i: usize| self.ring.transducers[i].mount.heading;
+        (0..self.tracks.len()).filter(|j| *j != i && angle::turn(axis(i), axis(*j)).abs() < BESIDE).any(|j| {
+            let stands = self.tracks[j].trend().approach < STANDS;
+            self.tracks[j].range().is_some_and(|wall| stands && wall < range + 0.02 && range < RIM * wall + 0.03)
         })
     }
 
@@ -119,51 +144,5 @@ impl Surroundings {
             })
             .fold(limit, f64::min)
             .max(0.0)
-    }
-}
-
-impl Track {
-    fn push(&mut self, time: f64, echo: Echo, along: f64, max_range: f64) {
-        let Some(free) = echo.free_distance(max_range as f32) else { return };
-        self.recent[self.heard % 3] = f64::from(free);
-        self.heard += 1;
-        if self.heard < 3 {
-            return;
-        }
-        let [a, b, c] = self.recent;
-        let range = a.max(b).min(a.min(b).max(c));
-        self.range = (range < max_range).then_some(range);
-        let still = range + along;
-        let last = self.samples[(self.next + HISTORY - 1) % HISTORY].1;
-        if range >= max_range || (self.len > 0 && (still - last).abs() > JUMP) {
-            self.len = 0;
-        }
-        self.samples[self.next] = (time, still);
-        self.next = (self.next + 1) % HISTORY;
-        self.len = (self.len + 1).min(HISTORY);
-    }
-
-    /// Speed at which the thing comes nearer by itself, and by how much it has, from a line fitted to the history.
-    fn approach(&self) -> (f64, f64) {
-        if self.len < ENOUGH {
-            return (0.0, 0.0);
-        }
-        let newest = (self.next + HISTORY - 1) % HISTORY;
-        let origin = self.samples[newest].0;
-        let mut sums = [0.0; 4];
-        let mut oldest = 0.0;
-        for k in 0..self.len {
-            let (time, range) = self.samples[(newest + HISTORY - k) % HISTORY];
-            let t = time - origin;
-            oldest = t;
-            sums = [sums[0] + t, sums[1] + range, sums[2] + t * t, sums[3] + t * range];
-        }
-        let n = self.len as f64;
-        let spread = n * sums[2] - sums[0] * sums[0];
-        if spread <= 0.0 {
-            return (0.0, 0.0);
-        }
-        let slope = (n * sums[3] - sums[0] * sums[1]) / spread;
-        (-slope, slope * oldest)
     }
 }

@@ -1,0 +1,162 @@
+#![allow(clippy::unwrap_used)]
+
+use std::{f64::consts::TAU, sync::Arc, time::Duration};
+
+use nalgebra::{Point2, Vector2};
+use orienteer_runtime::{
+    geometry::{Pose, Twist, angle},
+    robot_model::{Ring, Transducer},
+    time::Time,
+    topics::{Echo, FiringProgram, Odometry, SonarScan},
+};
+use proptest::prelude::*;
+
+use super::{AvoidanceConfig, Evasion, Move, Surroundings, caution};
+
+const RADIUS: f64 = 0.3;
+const RING: f64 = 0.08;
+const STEP: f64 = 0.05;
+const HALF_BEAM: f64 = 0.209;
+
+fn ring() -> Arc<Ring> {
+    let transducer = |k: u32| {
+        let bearing = angle::wrap(-TAU * f64::from(k) / 16.0);
+        Transducer { mount: Pose::new(RING * bearing.cos(), RING * bearing.sin(), bearing), half_beam: HALF_BEAM }
+    };
+    Arc::new(Ring {
+        name: "test".into(),
+        transducers: (0..16).map(transducer).collect(),
+        min_range: 0.0,
+        max_range: 7.77,
+        slot_time: 0.0125,
+        program: FiringProgram::default(),
+    })
+}
+
+/// What a transducer hears of a world.
+type World = dyn Fn(f64, Pose) -> Option<f64>;
+
+/// A wall `distance` from the origin with its normal at `bearing`: answers up to 30° of incidence, at the rim of the beam too.
+fn wall(distance: f64, bearing: f64) -> impl Fn(f64, Pose) -> Option<f64> {
+    move |_, face| {
+        let away = distance - face.x * bearing.cos() - face.y * bearing.sin();
+        let incidence = (angle::turn(face.heading, bearing).abs() - HALF_BEAM).max(0.0);
+        (away > 0.0 && incidence < 0.52).then(|| away / incidence.cos())
+    }
+}
+
+/// Somebody of radius 0.25 m who starts at a point and walks with a velocity.
+fn person(from: Point2<f64>, velocity: Vector2<f64>) -> impl Fn(f64, Pose) -> Option<f64> {
+    move |time, face| {
+        let to = from + velocity * time - face.point();
+        let off = angle::turn(face.heading, to.y.atan2(to.x)).abs();
+        (off < HALF_BEAM + (0.25 / to.norm()).asin()).then_some((to.norm() - 0.25).max(0.01))
+    }
+}
+
+/// Drives for some seconds with a twist through a world, quantised as Huey's sonar is, and looks round after each step.
+fn drive(twist: Twist, seconds: f64, world: &World, mut look: impl FnMut(&Surroundings, &Odometry)) {
+    let ring = ring();
+    let mut around = Surroundings::new(ring.clone(), RADIUS);
+    let pose_at = |time: f64| Pose::default().along_arc(twist.linear * time, twist.angular * time);
+    for step in 1..=(seconds / STEP) as u32 {
+        let now = f64::from(step) * STEP;
+        let odometry = Odometry { stamp: Time::from_secs_f64(now), pose: pose_at(now), twist, ..Odometry::default() };
+        around.moved(&odometry);
+        for time in [now - 0.025, now] {
+            let hear = |transducer: &Transducer| match world(time, pose_at(time).then(transducer.mount)) {
+                Some(range) if range < ring.max_range => Echo::Range((((range / 0.03048).floor() * 0.03048) as f32).max(0.01)),
+                _ => Echo::Nothing,
+            };
+            let echoes: Vec<Echo> = ring.transducers.iter().map(hear).collect();
+            around.heard(&SonarScan::from_echoes(Time::from_secs_f64(time), u64::from(step), &echoes));
+        }
+        look(&around, &odometry);
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_wall_never_comes(
+        bearing in -3.1..3.1f64, distance in 1.5..3.0f64, speed in 0.0..0.4f64, rate in -0.3..0.3f64
+    ) {
+        let config = AvoidanceConfig::default();
+        drive(Twist::new(speed, rate), 2.5, &wall(distance, bearing), |around, _| {
+            for thing in around.all() {
+                let comes = thing.steady && thing.approach > config.approach_speed && thing.came >= config.approach_distance;
+                assert!(!comes, "{thing:?}");
+            }
+        });
+    }
+
+    #[test]
+    fn somebody_who_walks_up_to_a_standing_robot_is_seen_to(bearing in -3.1..3.1f64, speed in 0.2..1.2f64) {
+        let (sin, cos) = bearing.sin_cos();
+        let (from, seconds) = (Point2::new(3.5 * cos, 3.5 * sin), 2.0);
+        let mut nearest = None;
+        drive(Twist::STOP, seconds, &person(from, Vector2::new(-speed * cos, -speed * sin)), |around, _| {
+            nearest = around.all().min_by(|a, b| a.distance.total_cmp(&b.distance));
+        });
+        let nearest = nearest.unwrap();
+        prop_assert!((nearest.approach / speed - 1.0).abs() < 0.2, "{nearest:?}");
+        prop_assert!((nearest.closing - nearest.approach).abs() < 1e-9);
+        prop_assert!(nearest.steady && angle::turn(nearest.bearing, bearing).abs() < 0.42, "{nearest:?}");
+    }
+}
+
+#[test]
+fn somebody_ahead_of_a_driving_robot_is_told_from_its_own_motion() {
+    let mut last = None;
+    drive(Twist::new(0.3, 0.0), 2.0, &person(Point2::new(3.5, 0.0), Vector2::new(-0.4, 0.0)), |around, _| {
+        last = around.all().find(|thing| thing.bearing.abs() < 0.01);
+    });
+    let ahead = last.unwrap();
+    assert!((ahead.approach - 0.4).abs() < 0.08 && (ahead.closing - 0.7).abs() < 0.08, "{ahead:?}");
+}
+
+#[test]
+fn caution_stops_for_who_comes_and_not_for_who_stands() {
+    let config = AvoidanceConfig::default();
+    let limit_at_the_end = |velocity: f64| {
+        let mut limit = None;
+        drive(Twist::new(0.3, 0.0), 1.5, &person(Point2::new(2.6, 0.0), Vector2::new(velocity, 0.0)), |around, odometry| {
+            limit = caution(&config, around, odometry.twist);
+        });
+        limit
+    };
+    assert_eq!(limit_at_the_end(-0.6), Some(0.0));
+    assert_eq!(limit_at_the_end(0.0), None);
+}
+
+#[test]
+fn a_step_aside_leads_across_the_comers_path() {
+    let config = AvoidanceConfig::default();
+    for bearing in [0.0, 0.7, 1.57, 2.5, -1.2] {
+        let (sin, cos) = f64::sin_cos(bearing);
+        let mut evasion = Evasion::new(true);
+        let mut first = None;
+        drive(
+            Twist::STOP,
+            6.0,
+            &person(Point2::new(2.5 * cos, 2.5 * sin), Vector2::new(-0.4 * cos, -0.4 * sin)),
+            |around, odometry| {
+                let now = odometry.stamp + Duration::ZERO;
+                if let (Move::Drive(_), None) = (evasion.step(now, &config, around, odometry), first) {
+                    first = evasion.way();
+                }
+            },
+        );
+        let way = first.expect("steps aside");
+        assert!(angle::turn(bearing, way).cos() < 0.4, "comes from {bearing}, goes to {way}");
+        assert_eq!(evasion.count(), 1);
+    }
+}
+
+#[test]
+fn nobody_means_no_step_aside() {
+    let config = AvoidanceConfig::default();
+    let mut evasion = Evasion::new(true);
+    drive(Twist::new(0.05, 0.0), 6.0, &wall(1.2, 0.4), |around, odometry| {
+        assert_eq!(evasion.step(odometry.stamp, &config, around, odometry), Move::Nothing);
+    });
+}
