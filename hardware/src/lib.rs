@@ -10,8 +10,8 @@
 #![forbid(unsafe_code)]
 
 pub mod base;
-pub mod drivers;
 pub mod driver;
+pub mod drivers;
 pub mod echo;
 pub mod fault;
 pub mod log;

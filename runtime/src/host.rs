@@ -1,6 +1,6 @@
 //! The one actor that hosts any behaviour.
 //!
-//! A [`Host`] joins a plain [`Behaviour`] to the links of its robot and steps it when told to. What one behaviour does can't
+//! A `Host` joins a plain [`Behaviour`] to the links of its robot and steps it when told to. What one behaviour does can't
 //! hurt another: a panic is caught, the behaviour's claims are closed, and it is built anew after a pause that doubles each
 //! time; a step that takes too long is counted and reported.
 
@@ -162,10 +162,10 @@ impl Host {
             let text = format!("a step took {took:.1?}, more than its deadline of {:?}", self.deadline);
             self.outputs.log(Level::WARN, text);
         }
-        if let Some(claims) = &mut self.claims {
-            if let Err(error) = claims.speak(step.now, &mut self.outputs) {
-                self.outputs.log(Level::ERROR, format!("can't claim: {error}"));
-            }
+        if let Some(claims) = &mut self.claims
+            && let Err(error) = claims.speak(step.now, &mut self.outputs)
+        {
+            self.outputs.log(Level::ERROR, format!("can't claim: {error}"));
         }
         self.deliver(step.now);
         self.outputs.is_done()

@@ -1,6 +1,6 @@
 //! One robot: the actor that leads its nodes through each control period.
 //!
-//! A period is sense → estimate → behave → arbitrate → act. The [`Robot`] tells one node after the other to take its step and
+//! A period is sense → estimate → behave → arbitrate → act. The `Robot` tells one node after the other to take its step and
 //! waits for its answer before it tells the next, so the order is that of the plan whatever else the arbiter's run queue
 //! holds. At the end of the period it copies the robot's topics into the recording. All nodes of a robot live on one arbiter.
 

@@ -1,5 +1,5 @@
 //! Scripts against the real arbiter and a base that does as it is told, without any actor.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
     cell::RefCell,

@@ -11,13 +11,17 @@ use orienteer_hardware::{
     drivers::{OpenBase, Site},
     nodes::{BaseNode, Guarded, NoSonar, SonarNode},
     sim::{Arena, ArenaClock},
-    world::{World, plan::WorldPlan},
+    world::{World, WorldError, plan::WorldPlan},
 };
 use orienteer_runtime::{
     agent::{Behaviour, BuildError, Phase, RobotContext},
-    arbitration::{Arbitration, Client, Clients, sonar::{SafetyFloor, SonarArbiter}},
+    arbitration::{
+        Arbitration, Client, Clients,
+        sonar::{SafetyFloor, SonarArbiter},
+    },
     config::{
-        Problem, Problems, Section, Sources,
+        Problem, Problems, Section, Sources, Span,
+        document::Data,
         mission::{ClockKind, LinkKind, MissionKeys, RecordKeys, RobotConfig, StartAt, WorldConfig, WorldKind},
         validate,
     },
@@ -104,16 +108,13 @@ fn backend(links: LinkKind) -> Backend {
 }
 
 fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {
-    let plan: WorldPlan = match config.kind {
+    let (section, plan, at): (_, WorldPlan, _) = match config.kind {
         WorldKind::File => {
             let section = Section::parse(sources, config.source)?;
-            validate::read(&section, sources)?
+            let plan = validate::read(&section, sources)?;
+            (Some(section), plan, sources.start_of(config.source))
         }
-        WorldKind::Map => map_world(config),
-    };
-    let at = match config.kind {
-        WorldKind::File => sources.start_of(config.source),
-        WorldKind::Map => config.span.clone(),
+        WorldKind::Map => (None, map_world(config), config.span.clone()),
     };
     let shared = RefCell::new(sources);
     let read = |path: &Path| -> io::Result<Vec<u8>> {
@@ -123,9 +124,46 @@ fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> 
     };
     let world = World::from_plan(&plan, &read);
     let sources = shared.into_inner();
-    let refuse = |message: String| Problem::new(sources, &config.span, message, "correct the world's file; `[[place]]`s must be free");
-    let world = world.map_err(|error| refuse(format!("the world does not work out: {error}")))?;
-    Ok(Arena::new(world, streams).map_err(|error| refuse(error.to_string()))?)
+    let refuse = |at: &Span, message: String, hint: &str| {
+        let problem = Problem::new(sources, at, message, hint);
+        if *at == config.span { problem } else { problem.note(sources, &config.span, "the mission names this world here") }
+    };
+    let world = world.map_err(|error| {
+        let place = section.as_ref().and_then(|section| place_of(&error, section));
+        refuse(&place.unwrap_or_else(|| config.span.clone()), format!("the world does not work out: {error}"), hint_for(&error))
+    })?;
+    Ok(Arena::new(world, streams)
+        .map_err(|error| refuse(&config.span, error.to_string(), "bring its walls nearer to the origin"))?)
+}
+
+/// Where the element of a world file stands that an error is about; the very key, if the error begins with its name.
+fn place_of(error: &WorldError, file: &Section) -> Option<Span> {
+    let element = error.element()?;
+    let value = file.table().get(element.table)?;
+    let (table, span) = match (value.get_ref(), element.index) {
+        (Data::List(tables), Some(index)) => {
+            let table = tables.get(index)?;
+            (table.get_ref().as_table()?, table.span())
+        }
+        (Data::Table(table), None) => (table, value.span()),
+        _ => return None,
+    };
+    let key = match error {
+        WorldError::Element { problem, .. } => problem.split(' ').next().and_then(|word| table.get(word)),
+        _ => table.get("file"),
+    };
+    Some(key.map_or(span, |value| value.span()))
+}
+
+fn hint_for(error: &WorldError) -> &'static str {
+    match error.element().map(|element| element.table) {
+        Some("place") => "give the place another name, or move it into free space",
+        Some("person") => "move the waypoints away from walls and furniture by more than the person's radius",
+        Some("room" | "wall") => "correct its outline; a door stands on a wall, away from corners, with free space behind it",
+        Some("corridor" | "polygon" | "box" | "disc") => "correct its numbers; they are in metres and degrees",
+        Some("map" | "image") => "name a map that can be read, relative to the world's file",
+        _ => "correct the world's file",
+    }
 }
 
 /// A world that is nothing but a map.
@@ -184,7 +222,8 @@ impl RobotBuilder<'_> {
             shared: None,
         };
         let drivers = self.registry.drivers();
-        let unknown = |site: &Site<'_>, name: &str| site.problem(format!("there is no driver `{name}`"), "see `orienteer list drivers`");
+        let unknown =
+            |site: &Site<'_>, name: &str| site.problem(format!("there is no driver `{name}`"), "see `orienteer list drivers`");
         let base = match drivers.base(&self.config.base.name) {
             Some(kind) => kind.open(&self.config.base.section, &mut site)?,
             None => return Err(unknown(&site, &self.config.base.name)),
@@ -207,8 +246,11 @@ impl RobotBuilder<'_> {
                 let Some(place) = place else {
                     let places = self.arena.map(|arena| arena.world().places.iter().map(|place| place.name.as_str()));
                     let known = places.map(|names| names.collect::<Vec<_>>().join(", ")).unwrap_or_default();
-                    let hint = if known.is_empty() { "the world names no places".to_owned() } else { format!("there are: {known}") };
-                    return Err(Problem::new(sources, &start.span, format!("there is no place `{name}` in the world"), hint).into());
+                    let hint =
+                        if known.is_empty() { "the world names no places".to_owned() } else { format!("there are: {known}") };
+                    return Err(
+                        Problem::new(sources, &start.span, format!("there is no place `{name}` in the world"), hint).into()
+                    );
                 };
                 Pose { heading: heading.unwrap_or(place.heading), ..place }
             }
@@ -245,7 +287,12 @@ impl RobotBuilder<'_> {
         let OpenBase { driver, motion, protection, .. } = base;
         let node = if self.wall {
             let refuse = |error: orienteer_hardware::driver::DriverError| {
-                Problem::new(sources, &self.config.base.span, error.to_string(), "too many threads may be running on this machine")
+                Problem::new(
+                    sources,
+                    &self.config.base.span,
+                    error.to_string(),
+                    "too many threads may be running on this machine",
+                )
             };
             let guarded = Guarded::new(driver, &self.config.name, self.period).map_err(refuse)?;
             let guard = guarded.guard();
@@ -290,7 +337,9 @@ impl RobotBuilder<'_> {
         // Build it once for the sake of its errors, which can be told here with their place.
         if let Err(error) = factory(&context) {
             let message = format!("`{}` can't be built: {error}", agent.name);
-            return Err(Problem::new(sources, &agent.span, message, "correct its parameters, or give the robot what it needs").into());
+            return Err(
+                Problem::new(sources, &agent.span, message, "correct its parameters, or give the robot what it needs").into()
+            );
         }
         Ok(NodePlan {
             context,

@@ -3,7 +3,10 @@ use std::sync::{Arc, PoisonError};
 use nalgebra::Point2;
 use orienteer_hardware::{
     sim::Arena,
-    world::{draw::{self, Canvas}, geometry::Disc},
+    world::{
+        draw::{self, Canvas},
+        geometry::Disc,
+    },
 };
 use orienteer_runtime::time::Time;
 

@@ -67,8 +67,8 @@ use self::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ProtectionConfig {
-    /// The control period, s: for how long a permitted twist is held.
-    #[schemars(range(min = 0.001, max = 1.0))]
+    /// The control period, s: for how long a permitted twist is held. The mission's control rate says it, no key of its own.
+    #[serde(skip)]
     pub period: f64,
     /// For how long the base goes on before it heeds a new command, s.
     #[schemars(range(min = 0.0, max = 2.0))]

@@ -10,6 +10,9 @@ use orienteer_runtime::{
     time::Time,
     topics::{Odometry, Truth},
 };
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
+};
 
 use crate::{
     base::protection::watchdog::Watchdog,
@@ -18,6 +21,8 @@ use crate::{
 
 /// How often a guarded base is read and told what to do.
 const BEAT: Duration = Duration::from_millis(10);
+/// The thread's nice value, if the user may have it.
+const URGENT: i32 = -15;
 /// Failures that are kept until the node looks.
 const KEPT_ERRORS: usize = 4;
 
@@ -48,8 +53,8 @@ struct State {
     watchdog: Watchdog,
     /// The decision behind the newest command is worth nothing after this.
     valid_until: Time,
-    /// What the fleet's clock said, and when.
-    sync: (Time, Instant),
+    /// When the fleet's clock stood at zero, as far as is known; `None` before the first step. See [`State::hear`].
+    started: Option<Instant>,
     fresh_command: bool,
     odometry: Option<Odometry>,
     truth: Option<Truth>,
@@ -62,14 +67,15 @@ impl Guarded {
     ///
     /// # Errors
     /// If the thread can't be started.
-    pub fn new(driver: Box<dyn BaseDriver>, robot: &str, period: Duration) -> Result<Self, DriverError> {
-        let now = Instant::now();
+    pub fn new(mut driver: Box<dyn BaseDriver>, robot: &str, period: Duration) -> Result<Self, DriverError> {
+        // The first step may come before the thread does; a device that is not ready yet will be asked again.
+        let odometry = driver.poll(Time::START).ok();
         let state = State {
             watchdog: Watchdog::new(period),
             valid_until: Time::START,
-            sync: (Time::START, now),
+            started: None,
             fresh_command: false,
-            odometry: None,
+            odometry,
             truth: driver.truth(),
             errors: Vec::new(),
             quit: false,
@@ -106,20 +112,30 @@ impl State {
     /// What the base may do at a time of the fleet's.
     fn command(&mut self, now: Time) -> Twist {
         if now > self.valid_until {
-            self.watchdog.feed(now, Twist::STOP);
+            // Not a new command: one that is on its way must not be older than this.
+            self.watchdog.cancel();
         }
         self.watchdog.command(now)
+    }
+
+    /// Learns what the fleet's clock says.
+    ///
+    /// A step is told the time at which it began, and it may take long to get here: a behaviour may have slept in between. So
+    /// of all that was heard, what came with the least delay counts.
+    fn hear(&mut self, now: Time) {
+        let Some(heard) = Instant::now().checked_sub(now.since(Time::START)) else { return };
+        self.started = Some(self.started.map_or(heard, |started| started.min(heard)));
     }
 
     /// When the base must be told to stop, if it moves.
     fn deadline(&self) -> Option<Instant> {
         let deadline = self.watchdog.deadline()?.min(self.valid_until);
-        Some(self.sync.1 + deadline.since(self.sync.0))
+        Some(self.started? + deadline.since(Time::START))
     }
 
     /// The fleet's time at an instant.
     fn time_at(&self, instant: Instant) -> Time {
-        self.sync.0 + instant.saturating_duration_since(self.sync.1)
+        self.started.map_or(Time::START, |started| Time::START + instant.saturating_duration_since(started))
     }
 
     fn keep(&mut self, error: DriverError) {
@@ -129,8 +145,20 @@ impl State {
     }
 }
 
+/// Asks to be woken before all ordinary threads: on a busy machine these may wait for a tenth of a second, a moving base must
+/// not. Few users may have that; without it the guard is as punctual as the machine is idle.
+fn hurry() {
+    let urgent = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    if set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, urgent).is_err() {
+        // The next best, which fewer still are refused.
+        let refused = rustix::process::setpriority_process(None, URGENT).is_err();
+        tracing::debug!("the guard of a base runs {}", if refused { "at ordinary priority" } else { "at a higher priority" });
+    }
+}
+
 /// The guard's thread.
 fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
+    hurry();
     let mut next_beat = Instant::now();
     loop {
         let mut state = shared.lock();
@@ -147,7 +175,6 @@ fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
         next_beat = next_beat.max(now - BEAT) + BEAT;
         state.fresh_command = false;
         let (time, quit) = (state.time_at(now), state.quit);
-        let command = state.command(time);
         // The driver may take its time; commands must not wait for it.
         drop(state);
         if quit {
@@ -155,6 +182,11 @@ fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
             return;
         }
         let measured = driver.poll(time);
+        // Looked up at the last moment: while the driver was read, the command may have expired.
+        let mut state = shared.lock();
+        let time = state.time_at(Instant::now());
+        let command = state.command(time);
+        drop(state);
         let commanded = driver.command(time, command);
         let truth = driver.truth();
         let mut state = shared.lock();
@@ -176,16 +208,18 @@ impl BaseDriver for Guarded {
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         let mut state = self.shared.lock();
-        state.sync = (now, Instant::now());
+        state.hear(now);
         if !state.errors.is_empty() {
             return Err(state.errors.remove(0));
         }
-        state.odometry.ok_or_else(|| DriverError::LinkLost { device: self.platform.name.clone(), why: "nothing has come yet".into() })
+        state
+            .odometry
+            .ok_or_else(|| DriverError::LinkLost { device: self.platform.name.clone(), why: "nothing has come yet".into() })
     }
 
     fn command(&mut self, now: Time, twist: Twist) -> Result<(), DriverError> {
         let mut state = self.shared.lock();
-        state.sync = (now, Instant::now());
+        state.hear(now);
         state.watchdog.feed(now, twist);
         state.fresh_command = true;
         self.shared.news.notify_one();
@@ -273,6 +307,28 @@ mod tests {
         // A machine that stalls can only make the stop later than this; the order of events is what is checked.
         assert!(last_moving.duration_since(given) <= period + Duration::from_millis(10), "moved on after its time");
         assert!(stopped > last_moving && told.last().unwrap().1.is_stop());
+    }
+
+    #[test]
+    fn a_command_is_as_old_as_the_step_that_brings_it() {
+        let (told, hears) = mpsc::channel();
+        let platform = Platform {
+            name: "witness".into(),
+            radius: 0.3,
+            limits: Limits::NONE,
+            acceleration: 1.0,
+            angular_acceleration: 1.0,
+            turning_radius: 0.0,
+        };
+        let mut base = Guarded::new(Box::new(Witness { platform, told }), "test", Duration::from_millis(50)).unwrap();
+        base.guard().hold_until(Time::FAR);
+        base.poll(Time::from_secs_f64(1.0)).unwrap();
+        // A behaviour sleeps in this step, after another has claimed the base.
+        thread::sleep(Duration::from_millis(100));
+        base.command(Time::from_secs_f64(1.0), Twist::new(0.5, 0.0)).unwrap();
+        thread::sleep(Duration::from_millis(30));
+        drop(base);
+        assert!(hears.try_iter().all(|(_, twist)| twist.is_stop()), "an old command was executed");
     }
 
     #[test]

@@ -27,6 +27,8 @@ pub struct Arena {
     /// Everybody as they stood at the end of the previous step: robots in the order in which they came, then people.
     bodies: RwLock<Vec<geometry::Disc>>,
     people: Mutex<People>,
+    /// Memory for where the robots are while they are being looked up.
+    places: Mutex<Vec<Point2<f64>>>,
     streams: Streams,
 }
 
@@ -65,6 +67,7 @@ impl Arena {
             names: Mutex::default(),
             bodies: RwLock::new(bodies),
             people: Mutex::new(people),
+            places: Mutex::default(),
             streams,
         }))
     }
@@ -139,12 +142,15 @@ impl Arena {
 
     /// Moves the people on by `span` and publishes where everybody stands.
     pub fn advance(&self, span: Duration) {
+        // Whoever moves a body on holds it and looks at `bodies`: nobody may hold `bodies` and wait for a body.
+        let mut places = lock(&self.places);
+        places.clear();
+        places.extend(lock(&self.robots).iter().map(|robot| lock(robot).pose().point()));
         let mut bodies = self.bodies.write().unwrap_or_else(PoisonError::into_inner);
-        let robots = lock(&self.robots);
-        for (disc, robot) in bodies.iter_mut().zip(robots.iter()) {
-            disc.center = lock(robot).pose().point();
+        for (disc, place) in bodies.iter_mut().zip(places.iter()) {
+            disc.center = *place;
         }
-        let (robots, walkers) = bodies.split_at_mut(robots.len());
+        let (robots, walkers) = bodies.split_at_mut(places.len());
         let mut people = lock(&self.people);
         people.advance(span.as_secs_f64(), robots);
         for (disc, body) in walkers.iter_mut().zip(people.bodies()) {

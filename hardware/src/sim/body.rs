@@ -13,7 +13,10 @@ use rand_pcg::Pcg64;
 
 use super::Arena;
 use crate::{
-    base::{kinematics::{BaseConfig, Kinematics}, odometry::{Odometer, OdometryConfig}},
+    base::{
+        kinematics::{BaseConfig, Kinematics},
+        odometry::{Odometer, OdometryConfig},
+    },
     world::{geometry::Disc, obstacles::sweep_disc},
 };
 
@@ -129,7 +132,7 @@ impl SimBody {
         self.demand = demand;
     }
 
-    /// Where it was at a time within the last [`REMEMBERED`].
+    /// Where it was at a time within the last `REMEMBERED`.
     #[must_use]
     pub fn pose_at(&self, time: Time) -> Pose {
         let after = self.trail.partition_point(|(stamp, _)| *stamp < time);
@@ -219,4 +222,3 @@ impl SimBody {
 fn near(own: Disc, other: Disc, length: f64) -> bool {
     (own.center - other.center).norm() <= own.radius + other.radius + length + 1e-6
 }
-

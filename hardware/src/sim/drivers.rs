@@ -71,7 +71,13 @@ impl SimSonar {
     ///
     /// # Errors
     /// If ring or model make no sense.
-    pub fn new(arena: Arc<Arena>, name: &str, body: Arc<Mutex<SimBody>>, ring: Ring, model: &SonarModel) -> Result<Self, PingerError> {
+    pub fn new(
+        arena: Arc<Arena>,
+        name: &str,
+        body: Arc<Mutex<SimBody>>,
+        ring: Ring,
+        model: &SonarModel,
+    ) -> Result<Self, PingerError> {
         let random = arena.streams().stream(name, "sonar");
         Ok(Self { arena, body, pinger: Pinger::new(ring, model, Time::START)?, random, heard: Vec::new(), until: Time::START })
     }

@@ -81,3 +81,14 @@ pub enum WorldError {
         reason: Box<super::map::MapError>,
     },
 }
+
+impl WorldError {
+    /// The element that it is about, unless it is about the file as a whole.
+    #[must_use]
+    pub fn element(&self) -> Option<&Element> {
+        match self {
+            Self::Element { element, .. } | Self::File { element, .. } | Self::Map { element, .. } => Some(element),
+            Self::Syntax(_) | Self::Unreadable { .. } => None,
+        }
+    }
+}

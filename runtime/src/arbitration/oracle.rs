@@ -106,11 +106,39 @@ impl AddAssign for Stats {
     }
 }
 
+/// What is checked on each history.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Property {
+    /// The arbiter answers as the protocol does.
+    Protocol,
+    /// Only the holder of a live claim moves the base, and as it says.
+    Holder,
+    /// A limit never raises a speed.
+    Limits,
+    /// Every overridden owner is told exactly once, and nobody else.
+    ToldOnce,
+    /// Every wait in the queue ends.
+    WaitsEnd,
+    /// Only the newest claim of a client counts.
+    LostClaims,
+    /// A lower priority never alters the output while a higher transaction is held.
+    LowerPriority,
+}
+
+/// Something that is not as it should be.
+#[derive(Debug)]
+struct Breach {
+    property: Property,
+    what: String,
+}
+
 /// A history in which something is wrong, as short as it could be made.
 #[derive(Debug, Clone)]
 pub struct Counterexample {
     /// Seed and number of the history from which it was found.
     pub found: (u64, u64),
+    /// What it breaks.
+    pub property: Property,
     /// What is wrong.
     pub what: String,
     /// The history.
@@ -153,19 +181,20 @@ pub fn check_range(seed: u64, range: Range<u64>) -> Result<Stats, Box<Counterexa
         let history = History::random(&mut streams.stream("arbitration", &number.to_string()));
         match check(&history) {
             Ok(outcomes) => stats.count(&history, &outcomes),
-            Err(_) => return Err(Box::new(shorten(history, (seed, number)))),
+            Err(breach) => return Err(Box::new(shorten(history, breach, (seed, number)))),
         }
     }
     Ok(stats)
 }
 
 /// Everything that is to be checked on one history. Returns the arbiter's answers.
-fn check(history: &History) -> Result<Vec<Outcome>, String> {
+fn check(history: &History) -> Result<Vec<Outcome>, Breach> {
     let outcomes = run(history);
     let expected = protocol::replay(history);
     for (step, (outcome, expected)) in outcomes.iter().zip(&expected).enumerate() {
         if outcome != expected {
-            return Err(format!("step {step}: the arbiter says {outcome:#?}\nthe protocol says {expected:#?}"));
+            let what = format!("step {step}: the arbiter says {outcome:#?}\nthe protocol says {expected:#?}");
+            return Err(Breach { property: Property::Protocol, what });
         }
     }
     properties::watch(history, &outcomes)?;
@@ -187,12 +216,11 @@ fn run(history: &History) -> Vec<Outcome> {
 }
 
 /// Leaves out steps and claims for as long as something stays wrong.
-fn shorten(mut history: History, found: (u64, u64)) -> Counterexample {
+fn shorten(mut history: History, mut breach: Breach, found: (u64, u64)) -> Counterexample {
     loop {
-        let shorter = history.shorter().find(|candidate| check(candidate).is_err());
+        let shorter = history.shorter().find_map(|candidate| check(&candidate).err().map(|breach| (candidate, breach)));
         let Some(shorter) = shorter else { break };
-        history = shorter;
+        (history, breach) = shorter;
     }
-    let what = check(&history).err().unwrap_or_default();
-    Counterexample { found, what, history }
+    Counterexample { found, property: breach.property, what: breach.what, history }
 }

@@ -1,6 +1,6 @@
 //! What must hold of every history, whatever the rules in detail.
 
-use super::{History, Outcome, Step, run};
+use super::{Breach, History, Outcome, Property, Step, run};
 use crate::{
     geometry::{Limits, Twist},
     time::Time,
@@ -23,7 +23,7 @@ impl Seen {
 }
 
 /// Looks over the arbiter's shoulder from step to step.
-pub fn watch(history: &History, outcomes: &[Outcome]) -> Result<(), String> {
+pub fn watch(history: &History, outcomes: &[Outcome]) -> Result<(), Breach> {
     let mut seen = vec![Seen::default(); history.priorities.len()];
     let mut owner = (ClientId::NONE, 0);
     for (i, (step, outcome)) in history.steps.iter().zip(outcomes).enumerate() {
@@ -38,11 +38,13 @@ pub fn watch(history: &History, outcomes: &[Outcome]) -> Result<(), String> {
                 (client.granted, client.over) = (false, false);
             }
         }
-        let at = |rule: Result<(), String>| rule.map_err(|what| format!("step {i}: {what}: {outcome:#?}"));
-        at(holder_has_a_live_claim(&seen, step.now, outcome))?;
-        at(limits_never_raise(&seen, step.now, outcome))?;
-        at(told_once(&seen, step.now, owner, outcome))?;
-        at(waits_end(&mut seen, step.now, outcome))?;
+        let at = |property: Property, rule: Result<(), String>| {
+            rule.map_err(|what| Breach { property, what: format!("step {i}: {what}: {outcome:#?}") })
+        };
+        at(Property::Holder, holder_has_a_live_claim(&seen, step.now, outcome))?;
+        at(Property::Limits, limits_never_raise(&seen, step.now, outcome))?;
+        at(Property::ToldOnce, told_once(&seen, step.now, owner, outcome))?;
+        at(Property::WaitsEnd, waits_end(&mut seen, step.now, outcome))?;
         owner = (outcome.decision.holder, outcome.decision.transaction);
     }
     Ok(())
@@ -128,7 +130,7 @@ fn waits_end(seen: &mut [Seen], now: Time, Outcome { decision, notices }: &Outco
 }
 
 /// How many claims come in a step, or are lost, makes no difference: only the newest counts.
-pub fn lost_claims_cost_nothing(history: &History, outcomes: &[Outcome]) -> Result<(), String> {
+pub fn lost_claims_cost_nothing(history: &History, outcomes: &[Outcome]) -> Result<(), Breach> {
     let mut newest = vec![Time::START; history.priorities.len()];
     let mut sparse = history.clone();
     for step in &mut sparse.steps {
@@ -142,10 +144,11 @@ pub fn lost_claims_cost_nothing(history: &History, outcomes: &[Outcome]) -> Resu
         step.claims.extend(counts.into_iter().flatten());
     }
     ensure(run(&sparse) == outcomes, "claims that don't count made a difference")
+        .map_err(|what| Breach { property: Property::LostClaims, what })
 }
 
 /// While a transaction is held, it makes no difference whether clients of lower priority ask at all.
-pub fn lower_priorities_alter_nothing(history: &History, outcomes: &[Outcome]) -> Result<(), String> {
+pub fn lower_priorities_alter_nothing(history: &History, outcomes: &[Outcome]) -> Result<(), Breach> {
     let Some(least) = history.priorities.iter().copied().max() else { return Ok(()) };
     let mut without = history.clone();
     for Step { claims, .. } in &mut without.steps {
@@ -167,7 +170,8 @@ pub fn lower_priorities_alter_nothing(history: &History, outcomes: &[Outcome]) -
         } else {
             without.decision.holder == ClientId::NONE && with.decision.limits == without.decision.limits
         };
-        ensure(same, "a lower priority altered the output").map_err(|what| format!("step {i}: {what}"))?;
+        ensure(same, "a lower priority altered the output")
+            .map_err(|what| Breach { property: Property::LowerPriority, what: format!("step {i}: {what}") })?;
     }
     Ok(())
 }
