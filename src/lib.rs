@@ -16,8 +16,8 @@
 #![forbid(unsafe_code)]
 
 pub mod mission;
-pub mod reproduce;
 mod registry;
+pub mod reproduce;
 
 pub use orienteer_agents as agents;
 pub use orienteer_hardware as hardware;

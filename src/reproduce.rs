@@ -30,15 +30,8 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 7] = [
-    arbitration::SUITE,
-    echo::SUITE,
-    corridor::SUITE,
-    avoidance::SUITE,
-    determinism::SUITE,
-    faults::SUITE,
-    config::SUITE,
-];
+pub const SUITES: [Suite; 7] =
+    [arbitration::SUITE, echo::SUITE, corridor::SUITE, avoidance::SUITE, determinism::SUITE, faults::SUITE, config::SUITE];
 
 /// The suite of this name.
 #[must_use]

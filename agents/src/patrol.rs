@@ -168,13 +168,7 @@ fn choose(report: &CorridorReport, config: &PatrolConfig, random: &mut Pcg64) ->
 ///
 /// It crosses the place first and measures how far each side is open on the way, so that it knows a door from a corridor and
 /// finds the middle of what it turns into.
-async fn leave(
-    pilot: &Pilot,
-    config: &PatrolConfig,
-    eyes: &Eyes,
-    report: &CorridorReport,
-    way: Way,
-) -> Result<(), Aborted> {
+async fn leave(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &CorridorReport, way: Way) -> Result<(), Aborted> {
     if way == Way::Back {
         return pilot.rotate(PI, config.turn_rate).await;
     }
