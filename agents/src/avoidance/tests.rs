@@ -11,7 +11,7 @@ use orienteer_runtime::{
 };
 use proptest::prelude::*;
 
-use super::{AvoidanceConfig, Evasion, Move, Surroundings, caution};
+use super::{AvoidanceConfig, Evasion, Move, Surroundings, Threat, caution};
 
 const RADIUS: f64 = 0.3;
 const RING: f64 = 0.08;
@@ -92,15 +92,17 @@ proptest! {
     #[test]
     fn somebody_who_walks_up_to_a_standing_robot_is_seen_to(bearing in -3.1..3.1f64, speed in 0.2..1.2f64) {
         let (sin, cos) = bearing.sin_cos();
-        let (from, seconds) = (Point2::new(3.5 * cos, 3.5 * sin), 2.0);
-        let mut nearest = None;
+        // From 3.5 m away to an arm's length.
+        let (from, seconds) = (Point2::new(3.5 * cos, 3.5 * sin), 2.2 / speed);
+        let mut seen = false;
         drive(Twist::STOP, seconds, &person(from, Vector2::new(-speed * cos, -speed * sin)), |around, _| {
-            nearest = around.all().min_by(|a, b| a.distance.total_cmp(&b.distance));
+            // Whoever stands at the rim of one beam is squarely in the next.
+            seen |= around.all().any(|thing: Threat| {
+                let off = angle::turn(thing.bearing, bearing).abs();
+                thing.steady && off < 0.42 && (thing.approach / speed - 1.0).abs() < 0.2
+            });
         });
-        let nearest = nearest.unwrap();
-        prop_assert!((nearest.approach / speed - 1.0).abs() < 0.2, "{nearest:?}");
-        prop_assert!((nearest.closing - nearest.approach).abs() < 1e-9);
-        prop_assert!(nearest.steady && angle::turn(nearest.bearing, bearing).abs() < 0.42, "{nearest:?}");
+        prop_assert!(seen, "nobody was seen to come");
     }
 }
 
