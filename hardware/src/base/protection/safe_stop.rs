@@ -15,6 +15,8 @@
 //! `b` is no more than keeps the base on its curve while it brakes: there the turn rate has to fall in step with the speed. If
 //! the demand is not safe, the fastest safe command on its curve is taken; if not even a stop is (turning off the present
 //! curve while braking would touch something), the base brakes on its present curve, which the rule kept one period before.
+//! Braking is the one command that comes from a measurement. A measured speed that no command explains (an encoder that
+//! slipped, a step divided by too short a time) is braked from as if it were what was commanded, or stopped outright.
 
 use nalgebra::Rotation2;
 use orienteer_runtime::{
@@ -65,6 +67,8 @@ pub struct SafeStop<'a> {
     pub config: &'a ProtectionConfig,
     /// What it is doing.
     pub motion: Motion,
+    /// The speed that its commands have given it, m/s, signed: braking is never commanded from more, whatever is measured.
+    pub pace: f64,
     /// What may be there, in the robot frame of now.
     pub obstacles: &'a [Obstacle],
 }
@@ -105,9 +109,9 @@ impl SafeStop<'_> {
     fn brake(&self) -> Twist {
         let Motion { twist, surely } = self.motion;
         let present = Twist::new(surely.copysign(twist.linear), twist.angular);
-        let left = surely - self.deceleration(present) * self.config.period;
+        let left = (surely - self.deceleration(present) * self.config.period).min(self.pace * twist.linear.signum());
         // Nothing is left of a speed that is gone within the period; the quotient keeps the curve.
-        if left > 0.0 { scaled(present, left / surely) } else { Twist::STOP }
+        if left > 0.0 { scaled(present, left / surely).within(self.platform.limits) } else { Twist::STOP }
     }
 
     /// Largest deceleration at which the turn rate can fall in step with the speed.

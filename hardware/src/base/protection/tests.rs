@@ -306,3 +306,37 @@ fn the_braking_that_it_commands_is_within_the_platform() {
 }
 
 mod rules;
+
+/// Odometry that no wheel could have measured, near things that call for braking.
+fn wild_odometry() -> impl Strategy<Value = Twist> {
+    let sane = (-0.6..0.6f64, -1.5..1.5f64);
+    let wild = (-1e3..1e3f64, -1e3..1e3f64);
+    prop_oneof![sane, wild].prop_map(|(v, w)| Twist::new(v, w))
+}
+
+proptest! {
+    /// A driver that divided a step of its encoders by a microsecond once measured -4.5 m/s, and was told to brake from there.
+    #[test]
+    fn whatever_is_measured_the_base_is_only_slowed_down(
+        (config, ring) in robots(), backward in any::<bool>(),
+        steps in prop::collection::vec((0.0..1.5f64, -1.5..1.5f64, wild_odometry(), 0.05..2.0f32), 1..60)
+    ) {
+        let platform = config.platform();
+        let mut protection = Protection::new(platform.clone(), &ring, ProtectionConfig::default());
+        let sense = if backward { -1.0 } else { 1.0 };
+        let mut fastest = 0.0f64;
+        for (step, (speed, turn, measured, range)) in (1u64..).zip(steps) {
+            let now = Time::START + Duration::from_millis(50 * step);
+            let mut scan = SonarScan::unfired(ring.transducers.len());
+            (0..ring.transducers.len()).for_each(|i| scan.set(i, Echo::Range(range), 0.0));
+            (scan.stamp, scan.seq) = (now, step);
+            let demand = Demand { twist: Twist::new(sense * speed, turn), valid_until: Time::FAR, limits: Limits::NONE };
+            let odometry = Odometry { stamp: now, twist: measured, flags: flags::ENABLED, ..Odometry::default() };
+            let permitted = protection.filter(now, &demand, &odometry, Some(&scan), LinkState::Up).twist;
+            fastest = fastest.max(speed);
+            prop_assert!(sense * permitted.linear >= 0.0, "{permitted:?} is the other way");
+            prop_assert!(permitted.linear.abs() <= fastest.min(platform.limits.linear) + 1e-12, "{permitted:?}");
+            prop_assert!(permitted.angular.abs() <= platform.limits.angular + 1e-12, "{permitted:?}");
+        }
+    }
+}
