@@ -59,8 +59,8 @@ impl BaseDriver for Watched {
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         let odometry = self.inner.poll(now);
-        if let Ok(odometry) = &odometry {
-            lock(&self.notes.base).speeds.push((Instant::now(), odometry.twist.linear));
+        if let Some(truth) = self.inner.truth() {
+            lock(&self.notes.base).speeds.push((Instant::now(), truth.twist.linear));
         }
         odometry
     }
