@@ -34,6 +34,8 @@
 //!   body will meet it. A weakly braking base that drifts towards a wall beside it would otherwise first see it ahead when it is
 //!   too late.
 //!
+//! What has slipped into a gap between two beams is remembered for a while (see `memory`).
+//!
 //! Side walls seen obliquely by the front-diagonal beams are therefore met *farther in* than they are, by up to the half beam. That
 //! costs speed only where a wall is a hand's breadth from the body; the tests measure how much.
 //!
@@ -45,6 +47,7 @@
 //! tells where the contact is, and for turns, it stands still until the contact ends.
 
 mod config;
+mod memory;
 pub mod safe_stop;
 pub mod sight;
 pub mod swept_path;

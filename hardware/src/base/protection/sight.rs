@@ -4,7 +4,8 @@
 //! has driven since then is taken off exactly; nothing has to be guessed from the reading's age.
 //!
 //! A newer reading of a transducer replaces the older one, unless the base has turned in between: then the beam has left what it
-//! met, and the beam that now looks there may not have been read yet. What it met is kept for a while.
+//! met, and the beam that now looks there may not have been read yet. What it met is kept for a while. What slips into a gap
+//! between the beams is remembered longer.
 
 use nalgebra::{Point2, Rotation2, Vector2};
 use orienteer_runtime::{
@@ -13,6 +14,8 @@ use orienteer_runtime::{
     time::Time,
     topics::{Echo, Odometry, SonarScan},
 };
+
+use super::memory::{Memory, NEAR, Sector};
 
 /// How many poses are remembered; at 10 ms, 0.6 s.
 const POSES: usize = 64;
@@ -24,6 +27,14 @@ const KEPT: f64 = 0.5;
 const SAME_READING: f64 = 1e-3;
 /// How far two readings of one wall may disagree, m.
 const RANGE_ERROR: f64 = 0.02;
+/// Two readings of one thing, one after the other, differ by no more than this and what the base has driven, m.
+const AGREES: f64 = 0.1;
+/// Of two readings so far apart, m, the second may look past what the first has met.
+const FAR: f64 = 0.03;
+/// A place right beside a beam is off its rim by this, rad.
+const BESIDE: f64 = 1e-3;
+/// Two rays of a beam are no farther apart than this, rad; between them an arc bends by less than 0.2 % of the range.
+const RAYS: f64 = 0.061;
 /// Transducers whose beams point farther apart than this are no neighbours.
 const NEIGHBOUR: f64 = 1.05;
 
@@ -34,6 +45,8 @@ struct Reading {
     /// The transducer's face when it was read, odometry frame.
     face: Pose,
     echo: Echo,
+    /// The reading before it, or memory, says the same: it is not spurious.
+    confirmed: bool,
 }
 
 impl Reading {
@@ -43,6 +56,14 @@ impl Reading {
             Echo::Range(range) => Some((f64::from(range), false)),
             Echo::TooNear => Some((min_range, true)),
             Echo::Nothing | Echo::NotFired => None,
+        }
+    }
+
+    /// True if both met something at about the same distance.
+    fn agrees(&self, other: &Reading, min_range: f64) -> bool {
+        match (self.met(min_range), other.met(min_range)) {
+            (Some((a, _)), Some((b, _))) => (a - b).abs() < AGREES + self.face.distance(&other.face),
+            _ => false,
         }
     }
 }
@@ -82,6 +103,7 @@ pub struct Sight {
     readings: Vec<Option<Reading>>,
     /// What the beams met before they turned away.
     kept: Vec<Option<Reading>>,
+    memory: Memory,
     poses: [(Time, Pose); POSES],
     newest: usize,
     known: usize,
@@ -99,6 +121,7 @@ impl Sight {
             min_range: ring.min_range,
             readings: vec![None; transducers.len()],
             kept: vec![None; transducers.len()],
+            memory: Memory::new(),
             met: vec![None; 2 * transducers.len()],
             transducers,
             poses: [(Time::START, Pose::default()); POSES],
@@ -148,12 +171,47 @@ impl Sight {
             let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
             if is_new {
                 let face = self.pose_at(taken).then(self.transducers[i].mount);
-                let old = self.readings[i].replace(Reading { taken, face, echo });
-                if old.is_some_and(|old| {
-                    old.met(self.min_range).is_some() && angle::turn(old.face.heading, face.heading).abs() > ELSEWHERE
-                }) {
-                    self.kept[i] = old;
-                }
+                self.renew(i, Reading { taken, face, echo, confirmed: false });
+            }
+        }
+    }
+
+    /// Takes a new reading in place of an old one.
+    fn renew(&mut self, i: usize, mut new: Reading) {
+        let half = self.transducers[i].half_beam;
+        let beam = Sector::new(new.face, half);
+        new.confirmed = match new.echo {
+            Echo::Range(range) => self.memory.look_again(&beam, f64::from(range)),
+            Echo::Nothing => self.memory.look_again(&beam, f64::INFINITY),
+            Echo::TooNear | Echo::NotFired => false,
+        };
+        if let Some(old) = self.readings[i] {
+            new.confirmed |= new.agrees(&old, self.min_range);
+            // A slow ring may have had no chance of a second look.
+            if old.confirmed || old.face.distance(&new.face) > FAR {
+                self.remember(&old, half, &beam, new.face);
+            }
+            let turned = angle::turn(old.face.heading, new.face.heading).abs() > ELSEWHERE;
+            if turned && old.met(self.min_range).is_some() {
+                self.kept[i] = Some(old);
+            }
+        }
+        self.readings[i] = Some(new);
+    }
+
+    /// Remembers what the old beam may have met and the new one, from `face`, does not look at.
+    fn remember(&mut self, old: &Reading, half: f64, beam: &Sector, face: Pose) {
+        let Some((range, _)) = old.met(self.min_range).filter(|(range, _)| *range <= NEAR) else { return };
+        let halves = (half / RAYS).ceil().max(1.0);
+        for n in 0..=2 * halves as usize {
+            let off = half * (n as f64 / halves - 1.0);
+            let place = old.face.point() + Rotation2::new(old.face.heading + off) * Vector2::new(range, 0.0);
+            if beam.distance(place).is_none() {
+                self.memory.remember(place, old.taken);
+                // It may also be right beside the new beam. The gap there can be narrower than what the beam has moved by.
+                let rim = Rotation2::new(face.heading + (half + BESIDE).copysign(off));
+                let range = nalgebra::distance(&place, &face.point());
+                self.memory.remember(face.point() + rim * Vector2::new(range, 0.0), old.taken);
             }
         }
     }
@@ -214,8 +272,7 @@ impl Sight {
             // What was kept is compared with what its neighbours kept, as they looked about there at that time.
             let row = slot - slot % count;
             let beside = self.neighbours[slot % count].map(|neighbour| neighbour.and_then(|j| self.met[row + j]));
-            // One ray each 3.5° or less; between two of them the arc bends by less than 0.2 % of the range.
-            let halves = (beam.half / 0.061).ceil().max(1.0);
+            let halves = (beam.half / RAYS).ceil().max(1.0);
             let step = Rotation2::new(beam.half / halves);
             let mut ray = Rotation2::new(-beam.half) * beam.axis;
             for _ in 0..=2 * halves as usize {
@@ -232,6 +289,15 @@ impl Sight {
                 ray = step * ray;
             }
         }
+        self.recall(now, pose, body + reach, obstacles);
+    }
+
+    /// Adds what is remembered within `reach` of the centre.
+    fn recall(&mut self, now: Time, pose: Pose, reach: f64, obstacles: &mut Vec<Obstacle>) {
+        self.memory.forget(now, pose.point());
+        let back = Rotation2::new(-pose.heading);
+        let near = self.memory.places().map(|place| place - pose.point()).filter(|offset| offset.norm() <= reach);
+        obstacles.extend(near.map(|offset| Obstacle { point: (back * offset).into(), ray: Vector2::x(), is_wall: false }));
     }
 }
 

@@ -1,0 +1,150 @@
+//! What has slipped out of sight.
+//!
+//! The beams of a ring leave gaps: the sonars of Huey's stand 8 cm from its centre with beams of ±12° every 22.5°, so that within
+//! a metre a door post or a table leg may stand where no beam looks. It was seen before it got there. What a beam has met near the
+//! body, and looks at no longer because the base has moved on, is therefore remembered where it was, until
+//!
+//! * a beam looks there again, whether it meets the thing or looks through its place (but not if it meets something nearer);
+//! * it is farther away than a metre and a half;
+//! * ten seconds are over: people do not stay where they were.
+//!
+//! An echo may come from anywhere on an arc across its beam. Most of the arc stays within the beam as it moves on; only what
+//! leaves it is remembered. A reading that the one before does not confirm may be spurious, and is not remembered unless the ring is
+//! so slow, or the base so fast, that there could be no second one.
+
+use nalgebra::Point2;
+use orienteer_runtime::{geometry::Pose, time::Time};
+
+/// Places farther from the centre of the base than this are not worth remembering, m: there beams leave no gaps.
+pub const NEAR: f64 = 1.5;
+/// For how long a place is remembered, s.
+const LASTING: f64 = 10.0;
+/// Two distances of one thing differ by no more than this, m.
+const SAME: f64 = 0.05;
+/// Places closer together than this are one, m: half a degree at arm's length.
+const APART: f64 = 0.005;
+/// How many places are remembered; the oldest goes first.
+const MOST: usize = 128;
+
+/// Places that were met and are not looked at any more.
+#[derive(Debug, Clone)]
+pub(super) struct Memory {
+    spots: Vec<Spot>,
+}
+
+/// A place in the odometry frame.
+#[derive(Debug, Clone, Copy)]
+struct Spot {
+    at: Point2<f64>,
+    seen: Time,
+}
+
+/// The sector in which a transducer looks, odometry frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sector {
+    origin: Point2<f64>,
+    cos: f64,
+    sin: f64,
+    /// Tangent of the half beam.
+    slope: f64,
+}
+
+impl Sector {
+    /// A beam from this face, `half` rad to each side.
+    pub fn new(face: Pose, half: f64) -> Self {
+        let (sin, cos) = face.heading.sin_cos();
+        Self { origin: face.point(), cos, sin, slope: half.tan() }
+    }
+
+    /// Distance of a place from the face, if it lies within the sector.
+    pub fn distance(&self, at: Point2<f64>) -> Option<f64> {
+        let (dx, dy) = (at.x - self.origin.x, at.y - self.origin.y);
+        let (ahead, beside) = (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx);
+        (ahead > 0.0 && beside.abs() <= self.slope * ahead).then(|| ahead.hypot(beside))
+    }
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        Self { spots: Vec::with_capacity(MOST) }
+    }
+
+    /// This beam has met something at `range` from its face, and nothing before that: what is nearer is not there, and what is
+    /// there needs no memory. True if something that was remembered has been met again.
+    pub fn look_again(&mut self, beam: &Sector, range: f64) -> bool {
+        let mut met = false;
+        self.spots.retain(|spot| {
+            let Some(beyond) = beam.distance(spot.at).map(|distance| distance - range) else { return true };
+            met |= beyond.abs() <= SAME;
+            beyond > SAME
+        });
+        met
+    }
+
+    /// Something was met here.
+    pub fn remember(&mut self, at: Point2<f64>, seen: Time) {
+        if let Some(spot) = self.spots.iter_mut().find(|spot| (spot.at - at).norm_squared() < APART * APART) {
+            spot.seen = seen;
+            return;
+        }
+        if self.spots.len() == MOST {
+            let oldest = (0..MOST).min_by_key(|i| self.spots[*i].seen).unwrap_or(0);
+            self.spots.swap_remove(oldest);
+        }
+        self.spots.push(Spot { at, seen });
+    }
+
+    /// Forgets what is old or far from the base.
+    pub fn forget(&mut self, now: Time, centre: Point2<f64>) {
+        self.spots.retain(|spot| now.secs_since(spot.seen) <= LASTING && (spot.at - centre).norm_squared() <= NEAR * NEAR);
+    }
+
+    /// All places, odometry frame.
+    pub fn places(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
+        self.spots.iter().map(|spot| spot.at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn at(seconds: u64) -> Time {
+        Time::START + Duration::from_secs(seconds)
+    }
+
+    #[test]
+    fn a_place_is_forgotten_when_it_is_looked_at_or_old_or_far() {
+        let mut memory = Memory::new();
+        let place = Point2::new(0.5, 0.1);
+        let ahead = Sector::new(Pose::new(0.1, 0.0, 0.0), 0.3);
+        let count = |memory: &Memory| memory.places().count();
+        memory.remember(place, at(1));
+        assert!(!memory.look_again(&Sector::new(Pose::new(0.1, 0.0, 0.6), 0.3), 2.0));
+        assert!(!memory.look_again(&ahead, 0.3));
+        assert_eq!(count(&memory), 1, "one beam looks elsewhere, the other meets something before the place");
+        assert!(memory.look_again(&ahead, 0.4) && count(&memory) == 0);
+        memory.remember(place, at(1));
+        assert!(!memory.look_again(&ahead, 2.0) && count(&memory) == 0);
+        memory.remember(place, at(1));
+        memory.forget(at(11), Point2::origin());
+        assert_eq!(count(&memory), 1);
+        memory.forget(at(12), Point2::origin());
+        assert_eq!(count(&memory), 0);
+        memory.remember(place, at(12));
+        memory.forget(at(12), Point2::new(-1.1, 0.0));
+        assert_eq!(count(&memory), 0);
+    }
+
+    #[test]
+    fn places_close_together_are_one_and_the_oldest_goes_first() {
+        let mut memory = Memory::new();
+        (0..2 * MOST as u64).for_each(|i| memory.remember(Point2::new(0.001 * i as f64, 0.0), at(i)));
+        assert!(memory.places().count() < 60);
+        (0..2 * MOST as u64).for_each(|i| memory.remember(Point2::new(0.1 * i as f64, 1.0), at(1000 + i)));
+        assert_eq!(memory.places().count(), MOST);
+        assert!(memory.places().all(|place| place.x > 0.1 * MOST as f64 - 0.15));
+    }
+}
