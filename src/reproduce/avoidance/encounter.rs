@@ -110,9 +110,6 @@ impl Encounter {
             (Kind::Crossing, _) => random.random_range(0.3 * PI..0.7 * PI) * if random.random_bool(0.5) { 1.0 } else { -1.0 },
             (Kind::Overtaking, _) => PI,
         };
-        if self.kind == Kind::Overtaking {
-            self.speed = self.speed.max(mine + 0.1);
-        }
         // Time to the meeting: the person starts between 3 and 3.6 m away, the robot not outside the hall.
         let away = random.random_range(3.0..3.6);
         let late = if self.kind == Kind::Crossing && mine > 0.0 { random.random_range(-0.6..0.6) } else { 0.0 };
@@ -134,9 +131,6 @@ impl Encounter {
     }
 
     fn in_corridor(&mut self, width: f64, random: &mut Pcg64) {
-        if self.kind == Kind::Overtaking && self.task == Task::Follow {
-            self.speed = self.speed.max(FOLLOWING + 0.1);
-        }
         let heading = if self.task == Task::Follow { 0.0 } else { random.random_range(0.0..TAU) - PI };
         let half = 0.5 * width - FROM_WALL;
         let stands = if self.task == Task::Stand { 9.0 } else { CORRIDOR_START };

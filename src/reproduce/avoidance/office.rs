@@ -2,7 +2,7 @@ use std::{cell::RefCell, ops::ControlFlow, rc::Rc};
 
 use nalgebra::Point2;
 use orienteer_hardware::sim::Arena;
-use orienteer_runtime::time::Time;
+use orienteer_runtime::{geometry::Pose, time::Time, topics::Truth};
 
 use super::{
     SuiteError,
@@ -74,6 +74,12 @@ pub(super) fn run(seed: u64, people: bool) -> Result<Floor, SuiteError> {
 
     let watch = watch.borrow();
     let mut floor = Floor { people, collisions: f64::from(watch.collisions), ..Floor::default() };
+    for (at, robot, place, gap) in &watch.hits {
+        let (x, y) = (place.x, place.y);
+        tracing::info!(
+            "office floor {seed}: robot {robot} drove into something at {at:.2} s, ({x:.2}, {y:.2}), {gap:.2} m from anybody"
+        );
+    }
     let share = 1.0 / outcome.robots.len().max(1) as f64;
     for (i, robot) in outcome.robots.iter().enumerate() {
         floor.driven += share * robot.fact("roamed_m").unwrap_or(0.0);
@@ -100,14 +106,17 @@ fn without(text: &str, first: &str, until: &str) -> String {
 struct Watch {
     gaps: Vec<(f64, Vec<f64>)>,
     collisions: u32,
+    /// When, which robot, where, and how far from whoever was nearest.
+    hits: Vec<(f64, usize, Pose, f64)>,
+    counted: Vec<u32>,
 }
 
 impl Watch {
     fn after_step(&mut self, now: Time, arena: &Arena) {
-        let bodies: Vec<(Point2<f64>, f64, u32)> = arena
+        let bodies: Vec<(Point2<f64>, f64, Truth)> = arena
             .robots()
             .iter()
-            .filter_map(|body| body.lock().ok().map(|body| (body.pose().point(), body.radius(), body.truth().collisions)))
+            .filter_map(|body| body.lock().ok().map(|body| (body.pose().point(), body.radius(), body.truth())))
             .collect();
         let people: Vec<(Point2<f64>, f64)> =
             arena.with_people(|people| people.bodies().iter().map(|body| (body.disc.center, body.disc.radius)).collect());
@@ -118,8 +127,16 @@ impl Watch {
                 .map(|(at, other)| (at - here).norm() - radius - other)
                 .fold(f64::INFINITY, f64::min)
         });
-        self.gaps.push((now.as_secs_f64(), gaps.collect()));
-        self.collisions = bodies.iter().map(|(_, _, collisions)| collisions).sum();
+        let gaps: Vec<f64> = gaps.collect();
+        self.counted.resize(bodies.len(), 0);
+        for (robot, ((_, _, truth), counted)) in bodies.iter().zip(&mut self.counted).enumerate() {
+            if truth.collisions > *counted {
+                self.hits.push((now.as_secs_f64(), robot, truth.pose, gaps[robot]));
+            }
+            *counted = truth.collisions;
+        }
+        self.gaps.push((now.as_secs_f64(), gaps));
+        self.collisions = self.counted.iter().sum();
     }
 
     /// Distance from a robot to whoever was nearest to it at a time.
