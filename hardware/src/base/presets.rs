@@ -93,7 +93,7 @@ pub fn wheelchair() -> BaseConfig {
 
 /// Pioneer P3-DX: swing radius 26.7 cm and 1.2 m/s by its data sheet.
 ///
-/// 0.3 m/s², 100 °/s² and 100 °/s are the usual settings of its firmware; the wheels stand 33 cm apart.
+/// 0.3 m/s², 100 °/s² and 100 °/s are our choice, near what its firmware is said to ship with; the wheels stand 33 cm apart.
 #[must_use]
 pub fn p3dx() -> BaseConfig {
     BaseConfig {

@@ -173,8 +173,8 @@ fn wheelchair_6() -> NamedRing {
     NamedRing { ring, model: SonarModel::default(), help: "A wheelchair's six, the angled pair crossed (Shanley 1994)" }
 }
 
-/// `SonarUnit` lines of ARIA's parameter file `p3dx.p`, in mm and degrees. One transducer of each array fires every 40 ms. No
-/// echo reads 5 m. The beam of 30° is that of Stage's model of the robot (`pioneer.inc`).
+/// `SonarUnit` lines of ARIA's parameter file `p3dx.p`, in mm and degrees. That one transducer of each array fires
+/// every 40 ms is what its users report; the maker's manual was not to be had. No echo reads 5 m. The beam of 30° is that of Stage's model of the robot (`pioneer.inc`).
 fn p3dx_16() -> NamedRing {
     let front = [
         [69.0, 136.0, 90.0],
