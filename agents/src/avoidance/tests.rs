@@ -94,15 +94,21 @@ proptest! {
         let (sin, cos) = bearing.sin_cos();
         // From 3.5 m away to an arm's length.
         let (from, seconds) = (Point2::new(3.5 * cos, 3.5 * sin), 2.2 / speed);
-        let mut seen = false;
-        drive(Twist::STOP, seconds, &person(from, Vector2::new(-speed * cos, -speed * sin)), |around, _| {
+        let (mut first, mut steps, mut seen) = (None, 0, 0);
+        drive(Twist::STOP, seconds, &person(from, Vector2::new(-speed * cos, -speed * sin)), |around, odometry| {
             // Whoever stands at the rim of one beam is squarely in the next.
-            seen |= around.all().any(|thing: Threat| {
+            let sees = around.all().any(|thing: Threat| {
                 let off = angle::turn(thing.bearing, bearing).abs();
                 thing.steady && off < 0.42 && (thing.approach / speed - 1.0).abs() < 0.2
             });
+            let walked = speed * odometry.stamp.as_secs_f64();
+            first = first.or(sees.then_some(walked));
+            if first.is_some() {
+                (steps, seen) = (steps + 1, seen + i32::from(sees));
+            }
         });
-        prop_assert!(seen, "nobody was seen to come");
+        prop_assert!(first.is_some_and(|walked| walked < 1.2), "not seen to come before {first:?}");
+        prop_assert!(2 * seen >= steps, "seen in {seen} of {steps} steps only");
     }
 }
 
