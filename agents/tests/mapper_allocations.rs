@@ -1,12 +1,9 @@
 //! A warm mapper allocates nothing.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-    f64::consts::TAU,
-};
+use std::f64::consts::TAU;
 
+use allocation_counter::measure;
 use orienteer_agents::{
     certainty_grid::decay::DecayConfig,
     mapper::{Config, Extent, Mapper},
@@ -17,29 +14,6 @@ use orienteer_runtime::{
     time::Time,
     topics::{Echo, FiringProgram, SonarScan},
 };
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: everything is passed on to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller keeps the contract, which is the same.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract, which is the same.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_warm_mapper_allocates_nothing() {
@@ -61,22 +35,19 @@ fn a_warm_mapper_allocates_nothing() {
     let mut mapper = Mapper::new(config, &ring, Pose::default()).unwrap();
     assert_eq!(mapper.pairs().len(), 1);
     let mut bytes = Vec::new();
-    let mut drive = |from: u32, to: u32| {
-        let before = ALLOCATIONS.with(Cell::get);
-        for i in from..to {
-            let t = f64::from(i);
-            let pose = Pose::new(0.05 * t, 0.5 * (0.05 * t).sin(), 0.1 * t);
-            let mut scan = SonarScan::unfired(17);
-            (scan.stamp, scan.seq) = (Time::from_secs_f64(0.1 * t), u64::from(i) + 1);
-            for k in 0..17u32 {
-                let echo = if (i + k) % 5 == 0 { Echo::Nothing } else { Echo::Range(0.3 + 0.25 * ((i / 9 + k) % 16) as f32) };
-                scan.set(k as usize, echo, 0.01 * k as f32);
-            }
-            mapper.update(pose, &scan);
-            mapper.grid().occupancy_bytes(&mut bytes);
+    let mut scan = |i: u32| {
+        let t = f64::from(i);
+        let pose = Pose::new(0.05 * t, 0.5 * (0.05 * t).sin(), 0.1 * t);
+        let mut scan = SonarScan::unfired(17);
+        (scan.stamp, scan.seq) = (Time::from_secs_f64(0.1 * t), u64::from(i) + 1);
+        for k in 0..17u32 {
+            let echo = if (i + k) % 5 == 0 { Echo::Nothing } else { Echo::Range(0.3 + 0.25 * ((i / 9 + k) % 16) as f32) };
+            scan.set(k as usize, echo, 0.01 * k as f32);
         }
-        ALLOCATIONS.with(Cell::get) - before
+        mapper.update(pose, &scan);
+        mapper.grid().occupancy_bytes(&mut bytes);
     };
-    assert!(drive(0, 100) > 0, "the counter counts");
-    assert_eq!(drive(100, 2000), 0);
+    let mut drive = |steps: std::ops::Range<u32>| measure(|| steps.for_each(&mut scan)).count_total;
+    assert!(drive(0..100) > 0, "the counter counts");
+    assert_eq!(drive(100..2000), 0);
 }

@@ -1,12 +1,9 @@
 //! A warm step of arbitration allocates nothing.
 #![allow(clippy::unwrap_used)]
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-    time::Duration,
-};
+use std::time::Duration;
 
+use allocation_counter::measure;
 use orienteer_runtime::{
     arbitration::{
         Clients,
@@ -19,30 +16,6 @@ use orienteer_runtime::{
     time::Time,
     topics::{ClientId, FiringProgram, SonarClaim},
 };
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counted for each thread.
-struct Counting;
-
-// SAFETY: hands everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_warm_step_allocates_nothing() {
@@ -90,9 +63,7 @@ fn a_warm_step_allocates_nothing() {
         assert!(sonar.decide(now).floor != 0);
         told += notices.len();
     };
-    (0..1000).for_each(&mut step);
-    let before = ALLOCATIONS.with(Cell::get);
-    (1000..2000).for_each(&mut step);
-    assert_eq!(ALLOCATIONS.with(Cell::get) - before, 0);
-    assert!(before > 0 && told > 1000, "{before} allocations, {told} notices");
+    let cold = measure(|| (0..1000).for_each(&mut step)).count_total;
+    assert_eq!(measure(|| (1000..2000).for_each(&mut step)).count_total, 0);
+    assert!(cold > 0 && told > 1000, "{cold} allocations, {told} notices");
 }

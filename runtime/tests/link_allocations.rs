@@ -4,40 +4,12 @@
 
 mod link_support;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
+use allocation_counter::measure;
 use link_support::{BACKENDS, Claim, Root};
 use orienteer_runtime::{
     link::{Backend, Bus},
     topics::{Odometry, SonarScan},
 };
-
-/// Counts each thread's requests.
-struct Counting;
-
-thread_local! {
-    static REQUESTS: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is left to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        REQUESTS.set(REQUESTS.get() + 1);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Requests for memory, and samples published, in a thousand warm steps.
 fn a_thousand_steps(bus: &Bus) -> (u64, u64) {
@@ -71,9 +43,9 @@ fn a_thousand_steps(bus: &Bus) -> (u64, u64) {
     };
     assert_eq!(step(false).0, 4 + 1 + 6);
     let (_, before) = step(true); // Warm: every queue has been full once.
-    let requests = REQUESTS.get();
-    let after = (0..1000).map(|n| step(n % 10 == 0).1).last().unwrap();
-    (REQUESTS.get() - requests, after - before)
+    let mut after = before;
+    let requests = measure(|| after = (0..1000).map(|n| step(n % 10 == 0).1).last().unwrap()).count_total;
+    (requests, after - before)
 }
 
 #[test]

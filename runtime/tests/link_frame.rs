@@ -1,38 +1,10 @@
 //! Frames: whole ones come back, all others are refused, and none makes the reader ask for much memory.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
+use allocation_counter::measure;
 use orienteer_runtime::link::frame::{FrameError, HEADER, MAX_BODY, Message, VERSION, decode, encode};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// Notes the largest single request of each thread.
-struct Watching;
-
-thread_local! {
-    static LARGEST: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is left to the system's allocator.
-unsafe impl GlobalAlloc for Watching {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.set(LARGEST.get().max(layout.size()));
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Watching = Watching;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Order {
@@ -121,10 +93,9 @@ proptest! {
     #[test]
     fn hostile_bodies_ask_for_little(body in hostile_body()) {
         let frame = forged(&body, Order::KIND);
-        LARGEST.set(0);
-        let decoded = decode::<Order>(&frame);
-        let largest = LARGEST.get();
-        prop_assert!(largest <= 2 * MAX_BODY, "{} bytes for {:?}", largest, decoded);
+        let mut decoded = Err(FrameError::NotAFrame);
+        let asked = measure(|| decoded = decode::<Order>(&frame)).bytes_max;
+        prop_assert!(asked <= 2 * MAX_BODY as u64, "{} bytes for {:?}", asked, decoded);
     }
 }
 
