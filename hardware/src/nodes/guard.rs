@@ -283,8 +283,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_command_that_is_not_renewed_is_replaced_by_a_stop_even_if_its_giver_sleeps() {
+    /// A base whose commands hold until a time, and what it is told.
+    fn guarded(period: Duration, until: Time) -> (Guarded, mpsc::Receiver<(Instant, Twist)>) {
         let (told, hears) = mpsc::channel();
         let platform = Platform {
             name: "witness".into(),
@@ -294,9 +294,15 @@ mod tests {
             angular_acceleration: 1.0,
             turning_radius: 0.0,
         };
+        let base = Guarded::new(Box::new(Witness { platform, told }), "test", period).unwrap();
+        base.guard().hold_until(until);
+        (base, hears)
+    }
+
+    #[test]
+    fn a_command_that_is_not_renewed_is_replaced_by_a_stop_even_if_its_giver_sleeps() {
         let period = Duration::from_millis(50);
-        let mut base = Guarded::new(Box::new(Witness { platform, told }), "test", period).unwrap();
-        base.guard().hold_until(Time::FAR);
+        let (mut base, hears) = guarded(period, Time::FAR);
         let given = Instant::now();
         base.command(Time::START, Twist::new(0.5, 0.0)).unwrap();
         thread::sleep(Duration::from_millis(300));
@@ -311,17 +317,7 @@ mod tests {
 
     #[test]
     fn a_command_is_as_old_as_the_step_that_brings_it() {
-        let (told, hears) = mpsc::channel();
-        let platform = Platform {
-            name: "witness".into(),
-            radius: 0.3,
-            limits: Limits::NONE,
-            acceleration: 1.0,
-            angular_acceleration: 1.0,
-            turning_radius: 0.0,
-        };
-        let mut base = Guarded::new(Box::new(Witness { platform, told }), "test", Duration::from_millis(50)).unwrap();
-        base.guard().hold_until(Time::FAR);
+        let (mut base, hears) = guarded(Duration::from_millis(50), Time::FAR);
         base.poll(Time::from_secs_f64(1.0)).unwrap();
         // A behaviour sleeps in this step, after another has claimed the base.
         thread::sleep(Duration::from_millis(100));
@@ -333,17 +329,7 @@ mod tests {
 
     #[test]
     fn a_command_never_outlives_the_decision_behind_it() {
-        let (told, hears) = mpsc::channel();
-        let platform = Platform {
-            name: "witness".into(),
-            radius: 0.3,
-            limits: Limits::NONE,
-            acceleration: 1.0,
-            angular_acceleration: 1.0,
-            turning_radius: 0.0,
-        };
-        let mut base = Guarded::new(Box::new(Witness { platform, told }), "test", Duration::from_millis(500)).unwrap();
-        base.guard().hold_until(Time::START);
+        let (mut base, hears) = guarded(Duration::from_millis(500), Time::START);
         base.command(Time::from_secs_f64(1.0), Twist::new(0.5, 0.0)).unwrap();
         drop(base);
         assert!(hears.try_iter().all(|(_, twist)| twist.is_stop()), "the decision was over before it came");

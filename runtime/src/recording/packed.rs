@@ -180,44 +180,29 @@ impl Serializer for Packer<'_> {
     }
 }
 
-impl SerializeSeq for Packer<'_> {
-    type Ok = ();
-    type Error = PackError;
+/// Sequences, tuples and tuple structs are packed alike: one element after the other.
+macro_rules! pack_one_after_the_other {
+    ($($form:ident :: $element:ident),*) => {$(
+        impl $form for Packer<'_> {
+            type Ok = ();
+            type Error = PackError;
 
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), PackError> {
-        value.serialize(Packer { bytes: self.bytes })
-    }
+            fn $element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), PackError> {
+                value.serialize(Packer { bytes: self.bytes })
+            }
 
-    fn end(self) -> Result<(), PackError> {
-        Ok(())
-    }
+            fn end(self) -> Result<(), PackError> {
+                Ok(())
+            }
+        }
+    )*};
 }
 
-impl SerializeTuple for Packer<'_> {
-    type Ok = ();
-    type Error = PackError;
-
-    fn serialize_element<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), PackError> {
-        value.serialize(Packer { bytes: self.bytes })
-    }
-
-    fn end(self) -> Result<(), PackError> {
-        Ok(())
-    }
-}
-
-impl SerializeTupleStruct for Packer<'_> {
-    type Ok = ();
-    type Error = PackError;
-
-    fn serialize_field<T: ?Sized + Serialize>(&mut self, value: &T) -> Result<(), PackError> {
-        value.serialize(Packer { bytes: self.bytes })
-    }
-
-    fn end(self) -> Result<(), PackError> {
-        Ok(())
-    }
-}
+pack_one_after_the_other!(
+    SerializeSeq::serialize_element,
+    SerializeTuple::serialize_element,
+    SerializeTupleStruct::serialize_field
+);
 
 impl SerializeStruct for Packer<'_> {
     type Ok = ();
