@@ -96,6 +96,9 @@ const PLACED: f64 = 0.01;
 const OPPOSITE: f64 = 0.2;
 /// How far the robot's centre may go past a corner for the sake of looking at the other side, m.
 const FARTHEST_PROBE: f64 = 0.6;
+/// Who is kept from going on though the way ahead looks free waits so many times as long: the base remembers for a while what
+/// has gone.
+const HINDERED: f64 = 3.0;
 /// Facing along the corridor within this angle, rad.
 const ALIGNED: f64 = 0.03;
 
@@ -235,7 +238,7 @@ impl Follower {
         if self.filter.is_none() {
             return self.report(Opening::Lost);
         }
-        (self.fit, self.wall_seen) = (1.0, self.path);
+        (self.fit, self.wall_seen, self.stalled) = (1.0, self.path, None);
         self.stage = Stage::Follow;
         Wish::Drive(Twist::STOP)
     }
@@ -272,15 +275,20 @@ impl Follower {
         let room = self.ahead() - self.config.front_stop;
         if self.must_turn() {
             // What the front sonar hears now is not what lies ahead.
-            self.blocked_since = None;
+            (self.blocked_since, self.stalled) = (None, None);
             return Wish::Drive(self.steer(0.0));
         }
         if room > 0.02 {
             self.blocked_since = None;
+            // Something beside the front sonar's beam may keep the base from going on, or what the base remembers of it.
+            if self.is_stalled(now, HINDERED * self.config.patience) {
+                return self.report(Opening::DeadEnd);
+            }
             // Half of what the base could do, so that protection has nothing to add.
             let gentle = (self.platform.acceleration * room).sqrt();
             return Wish::Drive(self.steer(self.config.cruise_speed.min(gentle)));
         }
+        self.stalled = None;
         let since = *self.blocked_since.get_or_insert(now);
         if now.secs_since(since) >= self.config.patience {
             return self.report(Opening::DeadEnd);
@@ -297,7 +305,7 @@ impl Follower {
         };
         let blocked = self.ahead() < 0.5 * self.config.front_stop;
         let past = self.sides.iter().all(|side| side.edge() >= until);
-        if !past && !blocked && self.path < until + FARTHEST_PROBE && !self.is_stalled(now) {
+        if !past && !blocked && self.path < until + FARTHEST_PROBE && !self.is_stalled(now, self.config.patience) {
             return Wish::Drive(self.steer(self.config.creep_speed));
         }
         let opening = match (self.sides[0].is_open(), self.sides[1].is_open()) {
@@ -311,14 +319,14 @@ impl Follower {
         self.place(now, at, opening)
     }
 
-    /// True if the robot has not come on for the time of patience, although it wanted to.
-    fn is_stalled(&mut self, now: Time) -> bool {
+    /// True if the robot has not come on for so many seconds, although it wanted to.
+    fn is_stalled(&mut self, now: Time, patience: f64) -> bool {
         let (since, path) = *self.stalled.get_or_insert((now, self.path));
         if (self.path - path).abs() > PLACED {
             self.stalled = Some((now, self.path));
             return false;
         }
-        now.secs_since(since) > self.config.patience
+        now.secs_since(since) > patience
     }
 
     fn place(&mut self, now: Time, at: f64, opening: Opening) -> Wish {
@@ -326,7 +334,7 @@ impl Follower {
         if self.must_turn() {
             return Wish::Drive(self.steer(0.0));
         }
-        if remaining.abs() > PLACED && !self.is_stalled(now) {
+        if remaining.abs() > PLACED && !self.is_stalled(now, self.config.patience) {
             let speed = (1.5 * remaining).clamp(-self.config.creep_speed, self.config.creep_speed);
             let heading = self.filter.as_ref().map_or(0.0, CorridorFilter::heading);
             // Only keep straight: the offset can't be mended on so short a way.
@@ -373,3 +381,6 @@ impl Follower {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
