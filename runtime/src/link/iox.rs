@@ -74,12 +74,14 @@ pub(super) fn service_name(robot: &str, topic: &'static str) -> Result<ServiceNa
     ServiceName::new(&name).map_err(|_| LinkError::BadName { kind: "service", name, reason: "it is too long" })
 }
 
-type Port<S, P> = Subscriber<S, P, WriterStamp>;
+type ReadingPort<S, P> = Subscriber<S, P, WriterStamp>;
+type WritingPort<S, P> = Publisher<S, P, WriterStamp>;
 
 /// What the ports of one topic in this process share.
 struct Hub<S: Service + 'static, P: Payload> {
     factory: PortFactory<S, P, WriterStamp>,
-    readers: RefCell<Vec<Weak<Port<S, P>>>>,
+    readers: RefCell<Vec<Weak<ReadingPort<S, P>>>>,
+    writers: RefCell<Vec<Weak<WritingPort<S, P>>>>,
     /// Set when a connection could not be made.
     broken: Arc<AtomicBool>,
     /// Bytes of shared memory that the process's writers may come to use; `None` where samples lie in private memory.
@@ -110,7 +112,8 @@ impl<S: Service + 'static, P: Payload> IoxTopic<S, P> {
             .enable_safe_overflow(true)
             .open_or_create();
         let factory = factory.map_err(|error| Self::opening_failed(node, &name, robot, &error))?;
-        let hub = Hub { factory, readers: RefCell::default(), broken: Arc::default(), reserved, claim };
+        let (readers, writers) = Default::default();
+        let hub = Hub { factory, readers, writers, broken: Arc::default(), reserved, claim };
         Ok(Self { hub: Rc::new(hub) })
     }
 
@@ -157,17 +160,13 @@ impl<S: Service + 'static, P: Payload> Hub<S, P> {
         }
     }
 
-    /// Makes this thread's readers take note of writers that have come or gone.
+    /// Makes this thread's ports take note of others that have come or gone. Left alone they would connect when they first
+    /// send or receive, which is too late to find out that descriptors or memory have run out.
     fn refresh(&self) {
-        self.readers.borrow_mut().retain(|reader| match reader.upgrade() {
-            Some(reader) => {
-                if reader.update_connections().is_err() {
-                    self.broken.store(true, Ordering::Relaxed);
-                }
-                true
-            }
-            None => false,
-        });
+        let whole = refresh(&self.readers) & refresh(&self.writers);
+        if !whole {
+            self.broken.store(true, Ordering::Relaxed);
+        }
     }
 
     fn is_whole(&self, port: &str) -> Result<(), LinkError> {
@@ -196,6 +195,17 @@ impl<S: Service + 'static, P: Payload> Hub<S, P> {
     }
 }
 
+/// Connects all ports that are still there; false if one could not be.
+fn refresh<T: UpdateConnections>(ports: &RefCell<Vec<Weak<T>>>) -> bool {
+    let mut whole = true;
+    ports.borrow_mut().retain(|port| {
+        let port = port.upgrade();
+        whole &= port.as_ref().is_none_or(|port| port.update_connections().is_ok());
+        port.is_some()
+    });
+    whole
+}
+
 impl<S: Service + 'static, P: Payload> Topic<P> for IoxTopic<S, P> {
     fn writer(&self, number: WriterNumber) -> Result<Box<dyn Writer<P>>, LinkError> {
         let hub = &self.hub;
@@ -213,6 +223,8 @@ impl<S: Service + 'static, P: Payload> Topic<P> for IoxTopic<S, P> {
                 }
                 other => hub.failed("writer", other.to_string()),
             })?;
+        let port = Rc::new(port);
+        hub.writers.borrow_mut().push(Rc::downgrade(&port));
         hub.refresh();
         let writer =
             IoxWriter { port: Some(port), stamp: WriterStamp { writer: number }, hub: Rc::clone(hub), _reservation: reservation };
@@ -263,7 +275,7 @@ impl Drop for Reservation {
 
 struct IoxWriter<S: Service + 'static, P: Payload> {
     /// `None` only while this is being dropped.
-    port: Option<Publisher<S, P, WriterStamp>>,
+    port: Option<Rc<WritingPort<S, P>>>,
     stamp: WriterStamp,
     hub: Rc<Hub<S, P>>,
     _reservation: Reservation,
@@ -295,7 +307,7 @@ impl<S: Service + 'static, P: Payload> Drop for IoxWriter<S, P> {
 }
 
 struct IoxReader<S: Service + 'static, P: Payload> {
-    port: Rc<Port<S, P>>,
+    port: Rc<ReadingPort<S, P>>,
     hub: Rc<Hub<S, P>>,
 }
 
@@ -335,7 +347,7 @@ mod tests {
         let readers: Vec<_> = (0..limits::READERS).map(|_| robot.subscriber::<P>().unwrap()).collect();
         let mut ports = ports;
         for port in &mut ports {
-            assert_eq!(port.publish(P::default()).unwrap(), readers.len()); // Now the connections exist.
+            assert_eq!(port.publish(P::default()).unwrap(), readers.len());
         }
         let Fabric::Shared { _session: session, reserved, .. } = bus.fabric() else { unreachable!() };
         let prefix = session.prefix();
