@@ -1,4 +1,5 @@
 use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     thread::{self, JoinHandle},
     time::{Duration, Instant},
@@ -23,8 +24,6 @@ use crate::{
 const BEAT: Duration = Duration::from_millis(10);
 /// The thread's nice value, if the user may have it.
 const URGENT: i32 = -15;
-/// Failures that are kept until the node looks.
-const KEPT_ERRORS: usize = 4;
 
 /// A base driver on a thread of its own, which stops the base when commands stop coming.
 ///
@@ -58,7 +57,13 @@ struct State {
     fresh_command: bool,
     odometry: Option<Odometry>,
     truth: Option<Truth>,
-    errors: Vec<DriverError>,
+    /// Why the newest reading, and the newest command, failed; `None` once it has been told.
+    unread: Option<DriverError>,
+    disobeyed: Option<DriverError>,
+    /// The newest reading failed, whether that has been told or not.
+    deaf: bool,
+    /// The driver has panicked. It was told to stop, and will not be asked again.
+    dead: bool,
     quit: bool,
 }
 
@@ -77,7 +82,10 @@ impl Guarded {
             fresh_command: false,
             odometry,
             truth: driver.truth(),
-            errors: Vec::new(),
+            unread: None,
+            disobeyed: None,
+            deaf: false,
+            dead: false,
             quit: false,
         };
         let shared = Arc::new(Shared { state: Mutex::new(state), news: Condvar::new() });
@@ -133,15 +141,22 @@ impl State {
         Some(self.started? + deadline.since(Time::START))
     }
 
+    /// What came of reading the driver and of commanding it.
+    fn note(&mut self, measured: Result<Odometry, DriverError>, commanded: Result<(), DriverError>, truth: Option<Truth>) {
+        self.truth = truth;
+        self.deaf = measured.is_err();
+        match measured {
+            Ok(odometry) => (self.odometry, self.unread) = (Some(odometry), None),
+            Err(error) => self.unread = Some(error),
+        }
+        if let Err(error) = commanded {
+            self.disobeyed = Some(error);
+        }
+    }
+
     /// The fleet's time at an instant.
     fn time_at(&self, instant: Instant) -> Time {
         self.started.map_or(Time::START, |started| Time::START + instant.saturating_duration_since(started))
-    }
-
-    fn keep(&mut self, error: DriverError) {
-        if self.errors.len() < KEPT_ERRORS {
-            self.errors.push(error);
-        }
     }
 }
 
@@ -156,9 +171,19 @@ fn hurry() {
     }
 }
 
-/// The guard's thread.
+/// The guard's thread. However it ends, the base has been told to stop.
 fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
     hurry();
+    let served = catch_unwind(AssertUnwindSafe(|| serve(driver.as_mut(), shared)));
+    // One that has panicked may do so again.
+    let stopped = catch_unwind(AssertUnwindSafe(|| driver.stop()));
+    if served.is_err() || stopped.is_err() {
+        shared.lock().dead = true;
+    }
+}
+
+/// Reads the driver and passes commands on until it is told to quit.
+fn serve(driver: &mut dyn BaseDriver, shared: &Shared) {
     let mut next_beat = Instant::now();
     loop {
         let mut state = shared.lock();
@@ -171,16 +196,15 @@ fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
             }
             state = shared.news.wait_timeout(state, wake - now).unwrap_or_else(PoisonError::into_inner).0;
         }
+        if state.quit {
+            return;
+        }
         let now = Instant::now();
         next_beat = next_beat.max(now - BEAT) + BEAT;
         state.fresh_command = false;
-        let (time, quit) = (state.time_at(now), state.quit);
+        let time = state.time_at(now);
         // The driver may take its time; commands must not wait for it.
         drop(state);
-        if quit {
-            driver.stop();
-            return;
-        }
         let measured = driver.poll(time);
         // Looked up at the last moment: while the driver was read, the command may have expired.
         let mut state = shared.lock();
@@ -188,16 +212,11 @@ fn watch(mut driver: Box<dyn BaseDriver>, shared: &Shared) {
         let command = state.command(time);
         drop(state);
         let commanded = driver.command(time, command);
-        let truth = driver.truth();
-        let mut state = shared.lock();
-        state.truth = truth;
-        match measured {
-            Ok(odometry) => state.odometry = Some(odometry),
-            Err(error) => state.keep(error),
+        if commanded.is_err() {
+            // It may still carry out the command before.
+            driver.stop();
         }
-        if let Err(error) = commanded {
-            state.keep(error);
-        }
+        shared.lock().note(measured, commanded, driver.truth());
     }
 }
 
@@ -209,12 +228,15 @@ impl BaseDriver for Guarded {
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         let mut state = self.shared.lock();
         state.hear(now);
-        if !state.errors.is_empty() {
-            return Err(state.errors.remove(0));
+        let told = state.unread.take();
+        let lost = |why: &str| DriverError::LinkLost { device: self.platform.name.clone(), why: why.into() };
+        match (state.dead, told, state.odometry) {
+            (true, ..) => Err(lost("its driver has panicked")),
+            (false, Some(error), _) => Err(error),
+            (false, None, Some(odometry)) if !state.deaf => Ok(odometry),
+            (false, None, Some(_)) => Err(lost("it can't be read")),
+            (false, None, None) => Err(lost("nothing has come yet")),
         }
-        state
-            .odometry
-            .ok_or_else(|| DriverError::LinkLost { device: self.platform.name.clone(), why: "nothing has come yet".into() })
     }
 
     fn command(&mut self, now: Time, twist: Twist) -> Result<(), DriverError> {
@@ -223,7 +245,8 @@ impl BaseDriver for Guarded {
         state.watchdog.feed(now, twist);
         state.fresh_command = true;
         self.shared.news.notify_one();
-        Ok(())
+        // Of the command before: this one is only on its way.
+        state.disobeyed.take().map_or(Ok(()), Err)
     }
 
     fn truth(&self) -> Option<Truth> {
@@ -243,95 +266,11 @@ impl Drop for Guarded {
         self.shared.lock().quit = true;
         self.shared.news.notify_one();
         if let Some(thread) = self.thread.take() {
-            // A driver that panicked has taken its device with it; nothing is left to be told.
+            // A panic of the driver was caught there, and told.
             let _ = thread.join();
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-
-    use std::sync::mpsc;
-
-    use orienteer_runtime::geometry::Limits;
-
-    use super::*;
-
-    struct Witness {
-        platform: Platform,
-        told: mpsc::Sender<(Instant, Twist)>,
-    }
-
-    impl BaseDriver for Witness {
-        fn platform(&self) -> &Platform {
-            &self.platform
-        }
-
-        fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
-            Ok(Odometry { stamp: now, ..Odometry::default() })
-        }
-
-        fn command(&mut self, _now: Time, twist: Twist) -> Result<(), DriverError> {
-            let deaf = |_| DriverError::Refused { what: "nobody listens".into() };
-            self.told.send((Instant::now(), twist)).map_err(deaf)
-        }
-
-        fn stop(&mut self) {
-            let _ = self.told.send((Instant::now(), Twist::STOP));
-        }
-    }
-
-    /// A base whose commands hold until a time, and what it is told.
-    fn guarded(period: Duration, until: Time) -> (Guarded, mpsc::Receiver<(Instant, Twist)>) {
-        let (told, hears) = mpsc::channel();
-        let platform = Platform {
-            name: "witness".into(),
-            radius: 0.3,
-            limits: Limits::NONE,
-            acceleration: 1.0,
-            angular_acceleration: 1.0,
-            turning_radius: 0.0,
-        };
-        let base = Guarded::new(Box::new(Witness { platform, told }), "test", period).unwrap();
-        base.guard().hold_until(until);
-        (base, hears)
-    }
-
-    #[test]
-    fn a_command_that_is_not_renewed_is_replaced_by_a_stop_even_if_its_giver_sleeps() {
-        let period = Duration::from_millis(50);
-        let (mut base, hears) = guarded(period, Time::FAR);
-        let given = Instant::now();
-        base.command(Time::START, Twist::new(0.5, 0.0)).unwrap();
-        thread::sleep(Duration::from_millis(300));
-        drop(base);
-        let told: Vec<_> = hears.try_iter().collect();
-        let last_moving = told.iter().filter(|(_, twist)| !twist.is_stop()).map(|(when, _)| *when).max().unwrap();
-        let stopped = told.iter().find(|(when, twist)| *when > last_moving && twist.is_stop()).unwrap().0;
-        // A machine that stalls can only make the stop later than this; the order of events is what is checked.
-        assert!(last_moving.duration_since(given) <= period + Duration::from_millis(10), "moved on after its time");
-        assert!(stopped > last_moving && told.last().unwrap().1.is_stop());
-    }
-
-    #[test]
-    fn a_command_is_as_old_as_the_step_that_brings_it() {
-        let (mut base, hears) = guarded(Duration::from_millis(50), Time::FAR);
-        base.poll(Time::from_secs_f64(1.0)).unwrap();
-        // A behaviour sleeps in this step, after another has claimed the base.
-        thread::sleep(Duration::from_millis(100));
-        base.command(Time::from_secs_f64(1.0), Twist::new(0.5, 0.0)).unwrap();
-        thread::sleep(Duration::from_millis(30));
-        drop(base);
-        assert!(hears.try_iter().all(|(_, twist)| twist.is_stop()), "an old command was executed");
-    }
-
-    #[test]
-    fn a_command_never_outlives_the_decision_behind_it() {
-        let (mut base, hears) = guarded(Duration::from_millis(500), Time::START);
-        base.command(Time::from_secs_f64(1.0), Twist::new(0.5, 0.0)).unwrap();
-        drop(base);
-        assert!(hears.try_iter().all(|(_, twist)| twist.is_stop()), "the decision was over before it came");
-    }
-}
+mod tests;
