@@ -16,6 +16,11 @@ use crate::{
     nodes::Guard,
 };
 
+/// Odometry later than the step by more than this, s, is no odometry. A driver on its own thread may be a little ahead.
+const IN_THE_FUTURE: f64 = 0.25;
+/// A base that has not taken a command is told nothing but to stop for this long, s.
+const FORGIVEN: f64 = 1.0;
+
 /// The base: publishes odometry, carries out what arbitration has decided, and protects itself.
 ///
 /// In the sense phase it reads the driver; in the act phase the executor turns the decision into a twist, protection cuts it
@@ -28,7 +33,12 @@ pub struct BaseNode {
     period: Duration,
     odometry: Option<Odometry>,
     report: MotionReport,
-    link: LinkState,
+    /// The newest reading made sense.
+    heard: bool,
+    /// When the base last failed to take a command.
+    disobeyed: Option<Time>,
+    /// A failure has been told, its end not yet.
+    failing: bool,
     reason: Option<Reason>,
     protected_steps: u64,
     /// Time with a speed other than zero, s.
@@ -57,7 +67,9 @@ impl BaseNode {
             period,
             odometry: None,
             report: MotionReport::default(),
-            link: LinkState::Lost,
+            heard: false,
+            disobeyed: None,
+            failing: false,
             reason: None,
             protected_steps: 0,
             driving: 0.0,
@@ -81,12 +93,9 @@ impl BaseNode {
     }
 
     fn sense(&mut self, now: Time, out: &mut Outputs) {
-        match self.driver.poll(now) {
+        match self.driver.poll(now).and_then(|odometry| self.plausible(now, odometry)) {
             Ok(mut odometry) => {
-                if self.link == LinkState::Lost && self.odometry.is_some() {
-                    out.log(Level::WARN, "the base is back");
-                }
-                self.link = LinkState::Up;
+                self.heard = true;
                 if self.reason.is_some_and(Reason::is_protective) {
                     odometry.flags |= flags::PROTECTED;
                 }
@@ -94,12 +103,39 @@ impl BaseNode {
                 out.publish(odometry);
             }
             Err(DriverError::EndOfLog { .. }) => out.end_mission(),
-            Err(error) => self.fail(&error, out),
+            Err(error) => {
+                self.heard = false;
+                self.fail(&error, out);
+            }
+        }
+        if self.failing && self.link(now) == LinkState::Up {
+            self.failing = false;
+            out.log(Level::WARN, "the base is back");
         }
         if let Some(truth) = self.driver.truth() {
             out.publish(truth);
         }
         out.publish(self.report);
+    }
+
+    /// What makes no sense goes to nobody: one NaN would stay in every sum that it enters, one stamp from the future would make
+    /// everything after it look old.
+    fn plausible(&self, now: Time, odometry: Odometry) -> Result<Odometry, DriverError> {
+        let garbled = |what: &str| DriverError::Garbled { device: self.driver.platform().name.clone(), what: what.into() };
+        let numbers = [odometry.twist.linear, odometry.twist.angular, odometry.travelled, odometry.turned];
+        if !odometry.pose.is_sound() || !numbers.iter().all(|number| number.is_finite()) {
+            return Err(garbled("odometry is not a number"));
+        }
+        if odometry.stamp.secs_since(now) > IN_THE_FUTURE {
+            return Err(garbled("odometry is from the future"));
+        }
+        Ok(odometry)
+    }
+
+    /// The link is as good as the worse of its directions. Who has not taken a command gets none but stops for a while.
+    fn link(&self, now: Time) -> LinkState {
+        let obeys = self.disobeyed.is_none_or(|when| now.secs_since(when) > FORGIVEN);
+        if self.heard && obeys { LinkState::Up } else { LinkState::Lost }
     }
 
     fn act(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
@@ -115,16 +151,21 @@ impl BaseNode {
                 self.protection.take(scan);
             }
         }
-        let permitted = self.protection.filter(now, &demand, &odometry, scans.last(), self.link);
+        let link = self.link(now);
+        let permitted = self.protection.filter(now, &demand, &odometry, scans.last(), link);
         self.executor.permitted(permitted.twist);
         self.remark(permitted.reason, out);
         if !permitted.twist.is_stop() {
             self.driving += period;
         }
         if let Some(guard) = &self.guard {
-            guard.hold_until(demand.valid_until);
+            // Where nobody wants to move, what is left is protection's own braking on a curve, good for this period.
+            guard.hold_until(if demand.twist.is_stop() { now + self.period } else { demand.valid_until });
         }
         if let Err(error) = self.driver.command(now, permitted.twist) {
+            // It may still carry out the command before.
+            self.driver.stop();
+            self.disobeyed = Some(now);
             self.fail(&error, out);
         }
     }
@@ -136,19 +177,24 @@ impl BaseNode {
         }
         if reason != self.reason {
             if let Some(reason) = reason.filter(|reason| reason.is_protective()) {
-                let usual = matches!(reason, Reason::FreeDistance | Reason::Blind) || !self.has_sonar;
+                let usual = match reason {
+                    Reason::FreeDistance | Reason::Blind => true,
+                    // Without sonar it is a log that is played, or a base on blocks.
+                    Reason::StaleCommand | Reason::StaleSonar => !self.has_sonar,
+                    _ => false,
+                };
                 out.log(if usual { Level::DEBUG } else { Level::WARN }, format!("the base protects itself: {}", reason.text()));
             }
             self.reason = reason;
         }
     }
 
-    /// Tells of a failure once; the base is lost until it is heard again.
+    /// Tells of a failure once.
     fn fail(&mut self, error: &DriverError, out: &mut Outputs) {
-        if self.link == LinkState::Up || self.odometry.is_none() {
+        if !self.failing {
+            self.failing = true;
             out.log(Level::ERROR, format!("the base fails: {error}"));
         }
-        self.link = LinkState::Lost;
     }
 }
 
@@ -177,3 +223,6 @@ impl Drop for BaseNode {
         self.driver.stop();
     }
 }
+
+#[cfg(test)]
+mod tests;
