@@ -38,6 +38,10 @@ impl SonarDriver for NoSonar {
     }
 }
 
+/// A scan later than the step by more than this, s, would make all that come after it look old. A driver on its own thread may be
+/// a little ahead.
+const IN_THE_FUTURE: f64 = 0.25;
+
 /// The sonar: publishes scans, and fires as arbitration has decided.
 pub struct SonarNode {
     driver: Box<dyn SonarDriver>,
@@ -63,7 +67,7 @@ impl SonarNode {
     }
 
     fn obey(&mut self, now: Time, inputs: &Inputs) {
-        if let Some(decision) = inputs.fresh::<SonarDecision>().filter(|decision| decision.program != self.program) {
+        if let Some(decision) = inputs.latest::<SonarDecision>().filter(|decision| decision.program != self.program) {
             self.driver.set_program(now, &decision.program);
             self.program = decision.program;
         }
@@ -74,6 +78,8 @@ impl SonarNode {
         match result {
             Ok(()) if self.failing => {
                 self.failing = false;
+                // What the ring was told meanwhile, or what it knew before, may be lost.
+                self.program = FiringProgram::default();
                 out.log(Level::WARN, "the sonar is back");
             }
             Ok(()) => {}
@@ -92,7 +98,13 @@ impl Behaviour for SonarNode {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
         self.scans.clear();
         self.obey(now, inputs);
-        let result = self.driver.poll(now, &mut self.scans);
+        let mut result = self.driver.poll(now, &mut self.scans);
+        let heard = self.scans.len();
+        self.scans.retain(|scan| scan.stamp.secs_since(now) <= IN_THE_FUTURE);
+        if self.scans.len() < heard && result.is_ok() {
+            let device = self.driver.ring().name.clone();
+            result = Err(DriverError::Garbled { device, what: "a scan is from the future".into() });
+        }
         for scan in &self.scans {
             out.publish(*scan);
         }
