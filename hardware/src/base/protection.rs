@@ -176,7 +176,7 @@ impl Protection {
         let pass = f64::from(ring.program.period).max(ring.program.slots.len() as f64 * ring.slot_time);
         let max_age = config.max_sonar_age + 2.0 * pass;
         Self {
-            sight: Sight::new(ring),
+            sight: Sight::new(ring, max_age, config.period),
             obstacles: Vec::with_capacity(64),
             platform,
             config,

@@ -17,8 +17,8 @@ use orienteer_runtime::{
 
 use super::memory::{Memory, NEAR, Sector};
 
-/// How many poses are remembered; at 10 ms, 0.6 s.
-const POSES: usize = 64;
+/// Poses that are remembered at least, and at most: one for each control period within the age of a reading that still counts.
+const POSES: std::ops::RangeInclusive<usize> = 64..=8192;
 /// A beam that has turned by more than this, rad, looks elsewhere.
 const ELSEWHERE: f64 = 0.05;
 /// For how long what a beam has turned away from is kept, s.
@@ -104,16 +104,17 @@ pub struct Sight {
     /// What the beams met before they turned away.
     kept: Vec<Option<Reading>>,
     memory: Memory,
-    poses: [(Time, Pose); POSES],
+    poses: Vec<(Time, Pose)>,
     newest: usize,
     known: usize,
     met: Vec<Option<Beam>>,
 }
 
 impl Sight {
-    /// A ring that has not seen anything yet.
+    /// A ring that has not seen anything yet; readings older than `max_age` s do not count, and poses come once a `period`.
     #[must_use]
-    pub fn new(ring: &Ring) -> Self {
+    pub fn new(ring: &Ring, max_age: f64, period: f64) -> Self {
+        let poses = (max_age / period).ceil().clamp(*POSES.start() as f64, *POSES.end() as f64) as usize;
         let transducers = ring.transducers.clone();
         let neighbours = (0..transducers.len()).map(|i| neighbours(&transducers, i)).collect();
         Self {
@@ -124,7 +125,7 @@ impl Sight {
             memory: Memory::new(),
             met: vec![None; 2 * transducers.len()],
             transducers,
-            poses: [(Time::START, Pose::default()); POSES],
+            poses: vec![(Time::START, Pose::default()); poses],
             newest: 0,
             known: 0,
         }
@@ -136,27 +137,28 @@ impl Sight {
         if self.known > 0 && odometry.stamp <= newest {
             return;
         }
-        self.newest = (self.newest + 1) % POSES;
-        self.known = (self.known + 1).min(POSES);
+        self.newest = (self.newest + 1) % self.poses.len();
+        self.known = (self.known + 1).min(self.poses.len());
         self.poses[self.newest] = (odometry.stamp, odometry.pose);
     }
 
-    /// Where the base was at a time; the nearest known pose if that was before or after all that is remembered.
-    fn pose_at(&self, time: Time) -> Pose {
+    /// Where the base was at a time; `None` if that is forgotten. Before the first pose that came it stood there, and after the
+    /// last one it is still there.
+    fn pose_at(&self, time: Time) -> Option<Pose> {
         let mut later = self.poses[self.newest];
         for back in 0..self.known {
-            let earlier = self.poses[(self.newest + POSES - back) % POSES];
+            let earlier = self.poses[(self.newest + self.poses.len() - back) % self.poses.len()];
             if earlier.0 <= time {
                 let span = later.0.secs_since(earlier.0);
-                return if span > 0.0 {
+                return Some(if span > 0.0 {
                     earlier.1.interpolate(later.1, (time.secs_since(earlier.0) / span).min(1.0))
                 } else {
                     earlier.1
-                };
+                });
             }
             later = earlier;
         }
-        later.1
+        (self.known < self.poses.len()).then_some(later.1)
     }
 
     /// Takes in what is new in a scan.
@@ -169,8 +171,9 @@ impl Sight {
             }
             let taken = scan.stamp - std::time::Duration::from_secs_f64(age);
             let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
-            if is_new {
-                let face = self.pose_at(taken).then(self.transducers[i].mount);
+            // Nobody knows where a reading was taken that is older than all poses.
+            if is_new && let Some(pose) = self.pose_at(taken) {
+                let face = pose.then(self.transducers[i].mount);
                 self.renew(i, Reading { taken, face, echo, confirmed: false });
             }
         }
