@@ -40,4 +40,5 @@ mod config;
 mod named;
 
 pub use config::{RingConfig, RingError, TransducerConfig};
+pub(crate) use named::robond_8;
 pub use named::{NamedRing, all, find};

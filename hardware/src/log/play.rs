@@ -1,17 +1,17 @@
 use std::sync::Arc;
 
 use orienteer_runtime::{
-    geometry::{Limits, Pose, Twist, angle},
-    robot_model::{Platform, Ring, Transducer},
+    geometry::{Limits, Twist, angle},
+    robot_model::{Platform, Ring},
     time::Time,
-    topics::{FiringProgram, Lanes, Odometry, SonarScan, flags},
+    topics::{FiringProgram, Odometry, SonarScan, flags},
 };
 
-use super::{Entry, SONARS, SonarLog};
-use crate::driver::{BaseDriver, DriverError, SonarDriver};
-
-/// Bearings of the sonars of the log, degrees.
-const BEARINGS: [f64; SONARS] = [-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0];
+use super::{Entry, SonarLog};
+use crate::{
+    driver::{BaseDriver, DriverError, SonarDriver},
+    rings::robond_8,
+};
 
 /// The base that the log was recorded on, as far as it is known: nothing but what the log itself shows. It drove at up to 0.62 m/s;
 /// radius and accelerations are our choice and matter to nobody, for a log can't be commanded.
@@ -27,19 +27,10 @@ pub fn platform() -> Platform {
     }
 }
 
-/// The ring that the log was recorded with. All eight are read at once; entries are 0.2 to 0.4 s apart.
+/// The ring that the log was recorded with.
 #[must_use]
 pub fn ring() -> Ring {
-    let transducer =
-        |bearing: &f64| Transducer { mount: Pose::new(0.0, 0.0, bearing.to_radians()), half_beam: 10f64.to_radians() };
-    Ring {
-        name: "robond-8".into(),
-        transducers: BEARINGS.iter().map(transducer).collect(),
-        min_range: 0.01,
-        max_range: 5.1,
-        slot_time: 0.2,
-        program: FiringProgram { slots: Lanes::filled(0xff, 1), period: 0.2, rings: 1 },
-    }
+    robond_8().ring
 }
 
 /// A base and a sonar that play the same log.

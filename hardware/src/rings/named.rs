@@ -156,15 +156,17 @@ fn yamabico_12() -> NamedRing {
     NamedRing { ring, model, help: "Yamabico's array: 12 narrow beams in three groups (MacPherson 1993)" }
 }
 
-/// Shanley 1994: origin at the middle of the front axle, units 2 and 3 crossed (mounted left, looking to the right, and the
-/// other way round). The source's frame has x to the right, y to the rear and clockwise angles; this table has ours. One
+/// Shanley 1994: units 2 and 3 are crossed (mounted left, looking to the right, and the other way round). The source's frame
+/// has its origin at the middle of the front axle, x to the right, y to the rear and clockwise angles; the table has ours, but
+/// for the origin: the robot frame of [`wheelchair`](crate::base::presets::wheelchair) lies at the rear axle. One
 /// complete scan every supervisor cycle of 0.2 s. Echoes from below 0.40 m are discarded by the instrument.
 fn wheelchair_6() -> NamedRing {
+    const WHEELBASE: f64 = 0.5;
     let table =
         [[0.0, 0.0, 0.0], [-0.5, 0.0, 180.0], [0.0, 0.2, -67.5], [0.0, -0.2, 67.5], [-0.45, 0.25, 90.0], [-0.45, -0.25, -90.0]];
     let ring = Ring {
         name: "wheelchair-6".into(),
-        transducers: table.iter().map(|[x, y, bearing]| at(*x, *y, *bearing, 10.0)).collect(),
+        transducers: table.iter().map(|[x, y, bearing]| at(WHEELBASE + x, *y, *bearing, 10.0)).collect(),
         min_range: 0.40,
         max_range: 10.0,
         slot_time: 0.2,
@@ -232,16 +234,16 @@ fn amigobot_8() -> NamedRing {
 }
 
 /// The eight sensors of the log that comes with RoboND's occupancy grid mapping exercise: right to left, all taken to be in
-/// the robot's middle, beams of 20°, steps of 10 mm, 5.11 m for no echo. The log has a scan every 0.225 s.
-fn robond_8() -> NamedRing {
+/// the robot's middle, beams of 20°, steps of 10 mm up to 5.10 m. All eight are read at once, every 0.2 to 0.4 s.
+pub(crate) fn robond_8() -> NamedRing {
     let bearings = [-90.0, -37.5, -22.5, -7.5, 7.5, 22.5, 37.5, 90.0];
     let ring = Ring {
         name: "robond-8".into(),
         transducers: bearings.iter().map(|bearing| at(0.0, 0.0, *bearing, 10.0)).collect(),
-        min_range: 0.10,
-        max_range: 5.11,
-        slot_time: 0.225,
-        program: program(&[&[0, 1, 2, 3, 4, 5, 6, 7]], 0.225),
+        min_range: 0.01,
+        max_range: 5.1,
+        slot_time: 0.2,
+        program: program(&[&[0, 1, 2, 3, 4, 5, 6, 7]], 0.2),
     };
     let model = SonarModel { quantum: 0.01, ..SonarModel::default() };
     NamedRing { ring, model, help: "The 8 sensors of the RoboND occupancy grid mapping log" }

@@ -51,7 +51,8 @@ fn the_wheelchair_hears_its_maze_as_in_the_source() {
     let ring = find("wheelchair-6").unwrap().ring;
     let mut sum = 0.0;
     for ([x, y, compass], ranges) in SCANS {
-        let robot = Pose::new(x, y, FRAC_PI_2 - compass);
+        // The source's poses are those of the front axle, half a metre ahead of the robot frame.
+        let robot = Pose::new(x, y, FRAC_PI_2 - compass).then(Pose::new(-0.5, 0.0, 0.0));
         for (i, (transducer, reference)) in ring.transducers.iter().zip(ranges).enumerate() {
             let beam = Beam::new(robot.then(transducer.mount), transducer.half_beam, ring.max_range);
             let range = cone(&world, &[], &beam, &acoustics, &mut Scratch::default()).unwrap().range;

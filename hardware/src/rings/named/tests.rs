@@ -68,12 +68,14 @@ fn each_group_of_yamabico_looks_in_four_directions() {
     }
 }
 
+/// Shanley's table counts from the front axle, the robot frame lies at the rear one, half a metre behind.
 #[test]
 fn the_wheelchairs_angled_pair_is_crossed() {
-    assert_eq!(mount("wheelchair-6", 2), [0.0, 20.0, -67.5]);
-    assert_eq!(mount("wheelchair-6", 3), [0.0, -20.0, 67.5]);
-    assert_eq!(mount("wheelchair-6", 1), [-50.0, 0.0, 180.0]);
-    assert_eq!(mount("wheelchair-6", 4), [-45.0, 25.0, 90.0]);
+    assert_eq!(mount("wheelchair-6", 0), [50.0, 0.0, 0.0]);
+    assert_eq!(mount("wheelchair-6", 2), [50.0, 20.0, -67.5]);
+    assert_eq!(mount("wheelchair-6", 3), [50.0, -20.0, 67.5]);
+    assert_eq!(mount("wheelchair-6", 1), [0.0, 0.0, 180.0]);
+    assert_eq!(mount("wheelchair-6", 4), [5.0, 25.0, 90.0]);
 }
 
 #[test]
