@@ -96,6 +96,12 @@ impl Row {
         Self::new(row, format!("= {goal}"), measured, unit, (measured - goal).abs() < f64::EPSILON)
     }
 
+    /// A figure that has no goal, to be read with the others.
+    #[must_use]
+    pub fn information(row: impl Into<String>, measured: f64, unit: &str) -> Self {
+        Self::new(row, String::new(), measured, unit, true)
+    }
+
     fn new(row: impl Into<String>, goal: String, measured: f64, unit: &str, holds: bool) -> Self {
         Self { row: row.into(), reported: String::new(), goal, measured, unit: unit.to_owned(), holds }
     }

@@ -35,11 +35,13 @@ fn echo() {
     all_hold(&run("echo", Some(200), false));
 }
 
-/// How long things take is not asserted: the machine may be busy.
+/// A busy machine may take long, but everything comes to its end: times are held to a bound that no stalled machine needs.
 #[test]
 fn faults() {
     let rows = run("faults", Some(1), true);
-    let timed = |row: &Row| row.unit == "ms" || row.row.contains("last second");
-    let untimed = rows.into_iter().filter(|row| !timed(row));
-    all_hold(&untimed.collect::<Vec<_>>());
+    let (timed, untimed): (Vec<Row>, Vec<Row>) =
+        rows.into_iter().partition(|row| row.unit == "ms" || row.row.contains("last second"));
+    all_hold(&untimed);
+    let late: Vec<_> = timed.iter().filter(|row| row.unit == "ms" && (row.measured.is_nan() || row.measured >= 1500.0)).collect();
+    assert!(late.is_empty(), "{late:#?}");
 }

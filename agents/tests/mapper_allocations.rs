@@ -41,7 +41,8 @@ fn a_warm_mapper_allocates_nothing() {
         let mut scan = SonarScan::unfired(17);
         (scan.stamp, scan.seq) = (Time::from_secs_f64(0.1 * t), u64::from(i) + 1);
         for k in 0..17u32 {
-            let echo = if (i + k) % 5 == 0 { Echo::Nothing } else { Echo::Range(0.3 + 0.25 * ((i / 9 + k) % 16) as f32) };
+            let echo =
+                if (i + k).is_multiple_of(5) { Echo::Nothing } else { Echo::Range(0.3 + 0.25 * ((i / 9 + k) % 16) as f32) };
             scan.set(k as usize, echo, 0.01 * k as f32);
         }
         mapper.update(pose, &scan);

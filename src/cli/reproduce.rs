@@ -99,7 +99,11 @@ fn text(report: &Report, later: bool) -> String {
     for row in &report.rows {
         let reported = if row.reported.is_empty() { "-" } else { &row.reported };
         let measured = format!("{} {}", figure(row.measured), row.unit);
-        let holds = if row.holds { "yes" } else { "NO" };
+        let holds = match (row.goal.is_empty(), row.holds) {
+            (true, _) => "",
+            (false, true) => "yes",
+            (false, false) => "NO",
+        };
         table.row([row.row.clone(), reported.to_owned(), row.goal.clone(), measured.trim().to_owned(), holds.to_owned()]);
     }
     let body = table.render(paint, |_, column, cell| match (column, cell) {

@@ -68,9 +68,8 @@ fn encounter_rows(met: &[(Encounter, Verdict)]) -> Vec<Row> {
             100.0 * (1.0 - lost / overridden.max(1) as f64),
             "%",
         ),
-        Row::at_most(
+        Row::information(
             "encounters with a touch, whoever is to blame",
-            100.0,
             100.0 * count(&|v| v.contacts > 0) / met.len() as f64,
             "%",
         ),

@@ -156,8 +156,8 @@ impl Seen {
             Row::at_most(row("oldest command but stops executed"), OLDEST, self.oldest, "ms"),
             Row::exactly(row("commands executed that no step asked for"), 0.0, f64::from(self.unknown), ""),
             Row::at_least(row("steps of another behaviour in the last second"), 10.0, self.went_on, ""),
-            machine(row("a thread of any program is woken late by"), self.woken_late, "ms"),
-            machine(row("missions run again because the machine stalled"), f64::from(self.stalls), ""),
+            Row::information(row("a thread of any program is woken late by"), self.woken_late, "ms"),
+            Row::information(row("missions run again because the machine stalled"), f64::from(self.stalls), ""),
         ];
         let stop_within = match fault {
             Fault::None | Fault::Flood => None,
@@ -175,11 +175,6 @@ impl Seen {
         }
         rows
     }
-}
-
-/// A figure of the machine, not of the robot.
-fn machine(row: String, measured: f64, unit: &'static str) -> Row {
-    Row { goal: String::new(), holds: true, ..Row::at_most(row, 0.0, measured, unit) }
 }
 
 /// What the robot's behaviours note while a mission runs.

@@ -72,6 +72,10 @@ impl Surroundings {
 
     /// Follows the robot's own motion.
     pub fn moved(&mut self, odometry: &Odometry) {
+        // One pose that is no number would stay in the history for good.
+        if !odometry.pose.is_sound() || !odometry.twist.is_finite() {
+            return;
+        }
         if self.now.is_none_or(|(stamp, _)| odometry.stamp > stamp) {
             self.last = self.now;
             self.now = Some((odometry.stamp, odometry.pose));

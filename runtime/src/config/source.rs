@@ -148,7 +148,6 @@ impl Sources {
         Some(Location::new(self.shown(&source.name), &source.bytes, start..end, source.start + start))
     }
 
-    /// The position at which a file starts in the common address space.
     /// The beginning of a file, as a place to read further files from.
     #[must_use]
     pub fn start_of(&self, id: SourceId) -> Span {
@@ -156,6 +155,7 @@ impl Sources {
         start..start
     }
 
+    /// The position at which a file starts in the common address space.
     pub(super) fn start(&self, id: SourceId) -> usize {
         self.files.get(id.0).map_or(0, |source| source.start)
     }

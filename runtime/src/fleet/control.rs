@@ -22,7 +22,8 @@ impl FleetControl {
         self.state.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Halts time before the next step. Only lockstep can be paused.
+    /// Halts the steps before the next one. In lockstep time halts with them; at wall time it goes on, and the bases, which hear
+    /// nothing new, stop by themselves.
     pub fn pause(&self) {
         self.state.paused.store(true, Ordering::Relaxed);
     }

@@ -9,8 +9,7 @@ use super::{
 };
 use crate::topics::{Payload, limits};
 
-/// One robot's topics, on the thread on which its actors live. Cheap to clone: every host of an agent keeps one, to make the
-/// agent's ports anew when it restarts.
+/// One robot's topics, on the thread on which its actors live. Cheap to clone.
 #[derive(Clone)]
 pub struct RobotBus {
     inner: Rc<Inner>,

@@ -154,7 +154,7 @@ impl Payload for SonarScan {
     const QUEUE: usize = 16;
 }
 
-/// Which transducers fire, in what order, how often, and over how many rings readings are averaged.
+/// Which transducers fire, in what order, how often, and over how many passes its client means to average.
 ///
 /// A pass runs through the slots; the transducers of one slot fire together. Slots follow each other at the ring's own
 /// pace, passes start no sooner than `period` after each other.
@@ -166,7 +166,8 @@ pub struct FiringProgram {
     pub slots: Lanes<u32>,
     /// Least seconds from the start of a pass to the start of the next. The safety floor may shorten it.
     pub period: f32,
-    /// Number of distinct rings over whose median a reading is averaged; 0 and 1 mean none.
+    /// Number of distinct passes over whose median the client averages; 0 and 1 mean none. Scans are never averaged for it:
+    /// others read the same ones.
     pub rings: u32,
 }
 
