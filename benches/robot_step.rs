@@ -2,10 +2,14 @@
 //!
 //! Every figure comes from whole missions: actors, links, arbitration, base protection and the simulated world, exactly as
 //! `orienteer run` does it. Each robot has 16 cone sonars, where-am-i, avoidance and a corridor follower, and a corridor of its
-//! own, so that all robots have the same to do however many there are.
+//! own, one beside the other, so that all robots have the same to do and as many within earshot however many there are. The
+//! world has 500 walls at least.
 //!
-//! * `robot step`: one robot, by link and with or without a recording;
-//! * `fleet`: wall time divided by robots and steps, for 1 to 1000 robots on 1 and 2 threads;
+//! What is measured begins when the mission is warm: buffers have grown, every topic has been seen. On one thread it is the
+//! processor's time, so that whatever else the machine does counts little; on two it is the wall's.
+//!
+//! * `robot step`: one robot, by link and with or without a recording (the thread that writes is not counted);
+//! * `fleet`: the same divided by robots, for 1 to 1000 robots on 1 and 2 threads;
 //! * before these, a table of allocations in a warm step: all of them, those of the agents, and what actix takes for its
 //!   messages.
 //!
@@ -29,7 +33,7 @@ use orienteer::{
     Registry,
     agents::{Avoidance, CorridorFollower, WhereAmI},
     hardware::sim::Arena,
-    mission::{self, Loaded, Outcome, Recording, RunOptions},
+    mission::{self, Loaded, Recording, RunOptions},
     runtime::{
         agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Phase, RobotContext, Wiring},
         time::Time,
@@ -71,18 +75,20 @@ fn allocations() -> u64 {
 /// Robots that each have a corridor of their own, 60 m long and 2.46 m wide.
 fn mission(robots: usize, links: &str, registry: &Registry) -> Loaded {
     // A world may reach from -500 to 500 m.
-    const COLUMNS: usize = 16;
+    const ROWS: usize = 63;
+    /// Four walls each.
+    const FEWEST_CORRIDORS: usize = 125;
     let mut world = String::from("name = \"corridors\"\n");
     let mut robot_tables = String::new();
-    for i in 0..robots {
-        let (x, y) = ((i % COLUMNS) as f64 * 62.0 - 498.0, (i / COLUMNS) as f64 * 5.0);
+    for i in 0..robots.max(FEWEST_CORRIDORS) {
+        let (x, y) = ((i / ROWS) as f64 * 62.0 - 498.0, (i % ROWS) as f64 * 5.0);
         // Writing to a string can't fail.
         let _ = writeln!(world, "[[corridor]]\nalong = [[{x:.1}, {y:.1}], [{:.1}, {y:.1}]]\nwidth = 2.46", x + 60.0);
-        let _ = writeln!(
-            robot_tables,
-            "[[robot]]\nname = \"r{i}\"\ntemplate = \"huey\"\nstart = {{ x = {:.1}, y = {y:.1} }}",
-            x + 2.0
-        );
+        if i < robots {
+            let start = x + 15.0;
+            let table = format!("name = \"r{i}\"\ntemplate = \"huey\"\nstart = {{ x = {start:.1}, y = {y:.1} }}");
+            let _ = writeln!(robot_tables, "[[robot]]\n{table}");
+        }
     }
     let text = format!(
         r#"
@@ -106,33 +112,58 @@ fn mission(robots: usize, links: &str, registry: &Registry) -> Loaded {
     mission::load_files(files, "bench.toml", registry).unwrap_or_else(|problems| panic!("{problems}"))
 }
 
+/// Steps before the first that is measured: the longest firing programs have come round, all buffers have grown.
+const WARM_UP: u64 = 100;
+
 /// Seconds for this many steps at 20 Hz, the first of which is at 0.
 fn span(steps: u64) -> f64 {
     (steps - 1) as f64 / 20.0
 }
 
-fn run(robots: usize, links: &str, threads: usize, steps: u64, record: Recording) -> Outcome {
-    let registry = Registry::standard();
-    let loaded = mission(robots, links, &registry);
-    let options = RunOptions { duration: Some(span(steps)), threads: Some(threads), record, ..RunOptions::default() };
-    mission::run(loaded, &registry, options).unwrap_or_else(|error| panic!("{error}"))
+/// Time spent so far: of the calling thread's processor, or of the wall.
+fn spent(threads: usize) -> Duration {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    let clock = if threads == 1 { libc::CLOCK_THREAD_CPUTIME_ID } else { libc::CLOCK_MONOTONIC };
+    // SAFETY: both clocks exist, and `time` is where the answer may go.
+    let result = unsafe { libc::clock_gettime(clock, &mut time) };
+    assert_eq!(result, 0, "the system has no such clock");
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// Wall time of `iterations` robot steps, as if each mission had taken exactly one.
-fn time_of(outcome: &Outcome) -> Duration {
-    let robot_steps = outcome.steps as f64 * outcome.robots.len() as f64;
-    Duration::from_secs_f64(outcome.elapsed.as_secs_f64() / robot_steps)
+/// Time that a warm mission takes for one step of one robot, mean over this many steps.
+fn run(robots: usize, links: &str, threads: usize, steps: u64, record: Recording) -> Duration {
+    let registry = Registry::standard();
+    let loaded = mission(robots, links, &registry);
+    let marks: Rc<RefCell<Vec<Duration>>> = Rc::default();
+    let (kept, mut step) = (marks.clone(), 0);
+    let observer = move |_: Time, _: Option<&Arena>| {
+        step += 1;
+        if step == WARM_UP || step == WARM_UP + steps {
+            kept.borrow_mut().push(spent(threads));
+        }
+        ControlFlow::Continue(())
+    };
+    let options = RunOptions {
+        duration: Some(span(WARM_UP + steps)),
+        threads: Some(threads),
+        record,
+        observer: Some(Box::new(observer)),
+        ..RunOptions::default()
+    };
+    mission::run(loaded, &registry, options).unwrap_or_else(|error| panic!("{error}"));
+    let marks = marks.borrow();
+    (marks[1] - marks[0]).div_f64(steps as f64 * robots as f64)
 }
 
 fn measure(robots: usize, links: &str, threads: usize, steps: u64, record: &Recording, iterations: u64) -> Duration {
     // Criterion asks for more iterations than there is time for missions: a mission of thousands of robot steps stands for many.
     let missions = iterations.div_ceil(steps * robots as u64).max(1);
-    let mut sum = Duration::ZERO;
-    for _ in 0..missions {
-        sum += time_of(&run(robots, links, threads, steps, record.clone()));
-    }
+    let sum: Duration = (0..missions).map(|_| run(robots, links, threads, steps, record.clone())).sum();
     sum.div_f64(missions as f64).mul_f64(iterations as f64)
 }
+
+/// So few that nobody comes within earshot of a corridor's end.
+const MOST_STEPS: u64 = 1000;
 
 fn robot_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robot step");
@@ -142,7 +173,7 @@ fn robot_step(criterion: &mut Criterion) {
     for links in ["direct", "local", "shared"] {
         for (name, record) in [("plain", Recording::Off), ("recorded", file.clone())] {
             group.bench_function(BenchmarkId::new(links, name), |bencher| {
-                bencher.iter_custom(|iterations| measure(1, links, 1, 2000, &record, iterations));
+                bencher.iter_custom(|iterations| measure(1, links, 1, MOST_STEPS, &record, iterations));
             });
         }
     }
@@ -156,7 +187,7 @@ fn fleet(criterion: &mut Criterion) {
     for (links, most) in [("direct", 1000), ("shared", 10)] {
         for threads in [1, 2] {
             for robots in [1, 10, 100, 1000].into_iter().filter(|robots| *robots <= most && *robots >= threads) {
-                let steps = (20_000 / robots as u64).clamp(40, 2000);
+                let steps = (20_000 / robots as u64).clamp(100, MOST_STEPS);
                 let name = format!("{links}, {threads} threads");
                 group.bench_function(BenchmarkId::new(name, robots), |bencher| {
                     bencher.iter_custom(|iterations| measure(robots, links, threads, steps, &Recording::Off, iterations));
