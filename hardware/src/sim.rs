@@ -5,9 +5,11 @@
 //! within a step a robot sees the others as they stood then, so the order in which robots are stepped can't matter.
 
 mod arena;
+mod bodies;
 mod body;
 mod drivers;
 
 pub use arena::{Arena, ArenaClock, ArenaError};
+pub use bodies::Bodies;
 pub use body::{SimBody, SimBodyConfig};
 pub use drivers::{SimBase, SimSonar};

@@ -24,10 +24,12 @@
 //! * [`geometry`]: segments, corners and pillars, plain data for the echo model and whoever else looks at the world
 //! * [`obstacles`]: how near is the next wall, and where does a moving body touch it
 //! * [`people`]: those who walk about
+//! * [`disc_grid`]: which of all that move stand near
 //! * [`draw`]: a picture of it all
 
 mod build;
 mod check;
+pub mod disc_grid;
 pub mod draw;
 mod error;
 pub mod geometry;

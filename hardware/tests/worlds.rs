@@ -8,7 +8,9 @@ use std::{
 
 use nalgebra::Point2;
 use orienteer_hardware::world::{
-    World, draw,
+    World,
+    disc_grid::DiscGrid,
+    draw,
     geometry::{Corner, Disc},
     people::People,
     plan::WorldPlan,
@@ -83,11 +85,13 @@ fn the_picture_of_the_office_floor_shows_its_free_space() {
 fn people_on_the_office_floor_never_touch_a_wall() {
     let world = shipped("office-floor.toml");
     let mut people = People::new(&world.people, &Streams::new(3));
+    let mut robots = DiscGrid::default();
+    robots.push(Disc::new(Point2::new(15.0, 5.2), 0.3));
     let names: Vec<_> = people.names().map(str::to_owned).collect();
     assert_eq!(names, ["Ada", "Ben", "Cleo"]);
     let mut walked = vec![0.0; names.len()];
     for _ in 0..6000 {
-        people.advance(0.1, &[Disc::new(Point2::new(15.0, 5.2), 0.3)]);
+        people.advance(0.1, &robots);
         for (body, walked) in people.bodies().iter().zip(&mut walked) {
             assert!(!world.obstacles.overlaps(body.disc) && world.is_free(body.disc.center));
             *walked += body.velocity.norm() * 0.1;

@@ -3,10 +3,7 @@ use std::sync::{Arc, PoisonError};
 use nalgebra::Point2;
 use orienteer_hardware::{
     sim::Arena,
-    world::{
-        draw::{self, Canvas},
-        geometry::Disc,
-    },
+    world::draw::{self, Canvas},
 };
 use orienteer_runtime::time::Time;
 
@@ -52,11 +49,10 @@ impl Trails {
         for (i, trail) in self.trails.iter().enumerate() {
             canvas.path(trail.iter().copied(), 0.06, COLOURS[i % COLOURS.len()]);
         }
-        let robots = self.trails.len();
         arena.with_bodies(|bodies| {
-            for (i, disc) in bodies.iter().enumerate() {
-                let colour = if i < robots { COLOURS[i % COLOURS.len()] } else { PEOPLE };
-                canvas.disc(Disc::new(disc.center, disc.radius), colour);
+            let robots = bodies.robots().iter().zip(COLOURS.into_iter().cycle());
+            for (disc, colour) in robots.chain(bodies.people().iter().map(|disc| (disc, PEOPLE))) {
+                canvas.disc(*disc, colour);
             }
         });
         Some(canvas)

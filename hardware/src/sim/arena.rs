@@ -6,16 +6,11 @@ use std::{
 use nalgebra::Point2;
 use orienteer_runtime::{fleet::Environment, geometry::Pose, random::Streams, time::Time};
 
-use super::{SimBody, SimBodyConfig};
+use super::{Bodies, SimBody, SimBodyConfig};
 use crate::{
     echo::{self, SegmentGrid},
     world::{World, geometry, people::People},
 };
-
-/// How much of the sound a person's clothes send back.
-const PERSON_REFLECTANCE: f64 = 0.5;
-/// How much of the sound a robot's shell sends back.
-const ROBOT_REFLECTANCE: f64 = 1.0;
 
 /// A world with everything that moves in it.
 #[derive(Debug)]
@@ -24,8 +19,7 @@ pub struct Arena {
     walls: SegmentGrid,
     robots: Mutex<Vec<Arc<Mutex<SimBody>>>>,
     names: Mutex<Vec<String>>,
-    /// Everybody as they stood at the end of the previous step: robots in the order in which they came, then people.
-    bodies: RwLock<Vec<geometry::Disc>>,
+    bodies: RwLock<Bodies>,
     people: Mutex<People>,
     /// Memory for where the robots are while they are being looked up.
     places: Mutex<Vec<Point2<f64>>>,
@@ -59,7 +53,8 @@ impl Arena {
     /// If its walls can't be put into a grid.
     pub fn new(world: World, streams: Streams) -> Result<Arc<Self>, ArenaError> {
         let people = People::new(&world.people, &streams);
-        let bodies = people.bodies().iter().map(|body| body.disc).collect();
+        let mut bodies = Bodies::default();
+        bodies.people.arrange(people.bodies().iter().map(|body| body.disc));
         Ok(Arc::new(Self {
             walls: walls(&world)?,
             world,
@@ -99,7 +94,7 @@ impl Arena {
         }
         let mut robots = lock(&self.robots);
         let body = Arc::new(Mutex::new(SimBody::new(self, robots.len(), name, start, config)));
-        self.bodies.write().unwrap_or_else(PoisonError::into_inner).insert(robots.len(), disc);
+        self.bodies.write().unwrap_or_else(PoisonError::into_inner).robots.push(disc);
         robots.push(body.clone());
         lock(&self.names).push(name.to_owned());
         Ok(body)
@@ -119,13 +114,13 @@ impl Arena {
         if self.world.obstacles.overlaps(disc) {
             return Some("it would touch a wall".to_string());
         }
-        let bodies = self.bodies.read().unwrap_or_else(PoisonError::into_inner);
-        let touching = bodies.iter().any(|other| (other.center - disc.center).norm() < other.radius + disc.radius);
-        touching.then(|| "somebody stands there".to_string())
+        let touching = |other: &geometry::Disc| (other.center - disc.center).norm() < other.radius + disc.radius;
+        let touched = self.with_bodies(|bodies| bodies.robots().iter().chain(bodies.people()).any(touching));
+        touched.then(|| "somebody stands there".to_string())
     }
 
-    /// Where everybody stood at the end of the previous step: robots in the order in which they came, then people.
-    pub fn with_bodies<T>(&self, look: impl FnOnce(&[geometry::Disc]) -> T) -> T {
+    /// Where everybody stood at the end of the previous step.
+    pub fn with_bodies<T>(&self, look: impl FnOnce(&Bodies) -> T) -> T {
         look(&self.bodies.read().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -147,29 +142,10 @@ impl Arena {
         places.clear();
         places.extend(lock(&self.robots).iter().map(|robot| lock(robot).pose().point()));
         let mut bodies = self.bodies.write().unwrap_or_else(PoisonError::into_inner);
-        for (disc, place) in bodies.iter_mut().zip(places.iter()) {
-            disc.center = *place;
-        }
-        let (robots, walkers) = bodies.split_at_mut(places.len());
+        bodies.robots.move_to(places.iter().copied());
         let mut people = lock(&self.people);
-        people.advance(span.as_secs_f64(), robots);
-        for (disc, body) in walkers.iter_mut().zip(people.bodies()) {
-            *disc = body.disc;
-        }
-    }
-
-    /// Copies the bodies near `at` as the echo model wants them, except that of robot `own`.
-    pub(super) fn audible(&self, own: usize, at: Point2<f64>, reach: f64, into: &mut Vec<echo::Disc>) {
-        into.clear();
-        let robots = lock(&self.robots).len();
-        self.with_bodies(|bodies| {
-            for (i, disc) in bodies.iter().enumerate().filter(|(i, _)| *i != own) {
-                if (disc.center - at).norm() <= reach + disc.radius {
-                    let reflectance = if i < robots { ROBOT_REFLECTANCE } else { PERSON_REFLECTANCE };
-                    into.push(echo::Disc { centre: disc.center, radius: disc.radius, reflectance });
-                }
-            }
-        });
+        people.advance(span.as_secs_f64(), &bodies.robots);
+        bodies.people.move_to(people.bodies().iter().map(|body| body.disc.center));
     }
 }
 

@@ -4,6 +4,7 @@ use std::{
     time::Duration,
 };
 
+use nalgebra::Point2;
 use orienteer_runtime::{
     geometry::{Pose, Twist},
     time::Time,
@@ -11,7 +12,7 @@ use orienteer_runtime::{
 };
 use rand_pcg::Pcg64;
 
-use super::Arena;
+use super::{Arena, bodies::Others};
 use crate::{
     base::{
         kinematics::{BaseConfig, Kinematics},
@@ -38,6 +39,11 @@ const TRAIL: usize = (REMEMBERED.as_millis() / SUBSTEP.as_millis()) as usize;
 /// A robot that moves toward what it touches faster than this has driven into it, m/s.
 const PUSHING: f64 = 0.01;
 
+/// Bodies nearer than this may touch, m.
+const TOUCH: f64 = 1e-6;
+/// How far a body may go between two looks at who stands near; 50 ms at 3 m/s are 15 cm.
+const ROAMING: f64 = 0.5;
+
 /// The body of a simulated robot: where it truly is, how it moves, and what it runs into.
 #[derive(Debug)]
 pub struct SimBody {
@@ -57,6 +63,9 @@ pub struct SimBody {
     touching: Touching,
     collisions: u32,
     bumped: u32,
+    /// Whoever the body can touch as long as it stays near `looked_from`.
+    others: Others<Disc>,
+    looked_from: Point2<f64>,
 }
 
 /// What the body touches, and who is to blame.
@@ -87,6 +96,8 @@ impl SimBody {
             touching: Touching::Nothing,
             collisions: 0,
             bumped: 0,
+            others: Others::default(),
+            looked_from: start.point(),
         }
     }
 
@@ -158,11 +169,12 @@ impl SimBody {
             return;
         }
         let Some(arena) = self.arena.upgrade() else { return };
+        self.look(&arena, ROAMING);
         while self.now < now {
             let next = now.min(self.now + SUBSTEP);
             let seconds = next.secs_since(self.now);
             self.now = next;
-            arena.with_bodies(|bodies| self.substep(&arena, bodies, seconds));
+            self.substep(&arena, seconds);
             if self.trail.len() >= TRAIL {
                 self.trail.pop_front();
             }
@@ -170,13 +182,24 @@ impl SimBody {
         }
     }
 
-    fn substep(&mut self, arena: &Arena, bodies: &[Disc], seconds: f64) {
+    /// Looks up whom the body can touch before it is farther than `roaming` from where it stands now.
+    fn look(&mut self, arena: &Arena, roaming: f64) {
+        self.looked_from = self.pose.point();
+        let reach = self.radius + roaming;
+        arena.with_bodies(|bodies| self.others.look(bodies, self.number, self.looked_from, reach));
+    }
+
+    fn substep(&mut self, arena: &Arena, seconds: f64) {
         let travel = self.kinematics.step(self.pose, self.demand, seconds);
         let by = travel.pose.point() - self.pose.point();
         let own = Disc::new(self.pose.point(), self.radius);
-        let others = || bodies.iter().enumerate().filter(|(i, _)| *i != self.number).map(|(_, disc)| *disc);
+        let farthest = by.norm().max(travel.distance.abs()) + 2.0 * TOUCH;
+        if (own.center - self.looked_from).norm() + farthest > ROAMING {
+            self.look(arena, farthest.max(ROAMING));
+        }
+        let others = || self.others.found().iter();
         let wall = arena.world().obstacles.sweep(own, by);
-        let body = others().filter(|other| near(own, *other, by.norm())).filter_map(|other| sweep_disc(own, by, other));
+        let body = others().filter(|other| near(own, **other, by.norm())).filter_map(|other| sweep_disc(own, by, *other));
         let impact = wall.into_iter().chain(body).min_by(|a, b| a.share.total_cmp(&b.share));
         let (distance, turn) = match impact {
             None => {
@@ -193,7 +216,7 @@ impl SimBody {
         let speed = self.kinematics.twist().linear.abs();
         self.odometry = self.odometer.measure(self.now, distance, turn, seconds, &mut self.random);
         let hit = impact.is_some() && speed > PUSHING;
-        let overlapped = others().any(|other| (other.center - self.pose.point()).norm() < other.radius + self.radius - 1e-6);
+        let overlapped = others().any(|other| (other.center - self.pose.point()).norm() < other.radius + self.radius - TOUCH);
         self.touch(hit, overlapped);
         if impact.is_some() {
             self.kinematics.halt();
@@ -220,5 +243,5 @@ impl SimBody {
 
 /// True if two discs are so close that a move of this length could join them.
 fn near(own: Disc, other: Disc, length: f64) -> bool {
-    (own.center - other.center).norm() <= own.radius + other.radius + length + 1e-6
+    (own.center - other.center).norm() <= own.radius + other.radius + length + TOUCH
 }

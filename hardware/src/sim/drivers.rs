@@ -8,7 +8,7 @@ use orienteer_runtime::{
 };
 use rand_pcg::Pcg64;
 
-use super::{Arena, SimBody, arena::lock};
+use super::{Arena, SimBody, arena::lock, bodies::Others};
 use crate::{
     driver::{BaseDriver, DriverError, SonarDriver},
     echo::{self, Pinger, PingerError, SonarModel},
@@ -61,7 +61,7 @@ pub struct SimSonar {
     body: Arc<Mutex<SimBody>>,
     pinger: Pinger,
     random: Pcg64,
-    heard: Vec<echo::Disc>,
+    others: Others<echo::Disc>,
     /// All firings up to this time have been heard.
     until: Time,
 }
@@ -79,7 +79,14 @@ impl SimSonar {
         model: &SonarModel,
     ) -> Result<Self, PingerError> {
         let random = arena.streams().stream(name, "sonar");
-        Ok(Self { arena, body, pinger: Pinger::new(ring, model, Time::START)?, random, heard: Vec::new(), until: Time::START })
+        Ok(Self {
+            arena,
+            body,
+            pinger: Pinger::new(ring, model, Time::START)?,
+            random,
+            others: Others::default(),
+            until: Time::START,
+        })
     }
 }
 
@@ -96,10 +103,11 @@ impl SonarDriver for SimSonar {
         let mut body = lock(&self.body);
         body.advance(now);
         let reach = self.pinger.ring().max_range + body.radius();
-        self.arena.audible(body.number(), body.pose().point(), reach, &mut self.heard);
+        self.arena.with_bodies(|bodies| self.others.listen(bodies, body.number(), body.pose().point(), reach));
         // At wall time the base's own thread moves the body on, so it may be a little ahead.
         let (from, to) = (self.until, now.max(body.now()));
-        self.pinger.poll(from, to, |time| body.pose_at(time), self.arena.walls(), &self.heard, &mut self.random, scans);
+        let (walls, others) = (self.arena.walls(), self.others.found());
+        self.pinger.poll(from, to, |time| body.pose_at(time), walls, others, &mut self.random, scans);
         self.until = to;
         Ok(())
     }

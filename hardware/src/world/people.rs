@@ -12,6 +12,7 @@ use rand_pcg::Pcg64;
 
 use super::{
     build,
+    disc_grid::DiscGrid,
     geometry::Disc,
     plan::{Courtesy, Loop, Person},
 };
@@ -51,7 +52,7 @@ impl People {
     }
 
     /// Lets `dt` seconds pass among these robots. A `dt` that is not positive changes nothing.
-    pub fn advance(&mut self, dt: f64, robots: &[Disc]) {
+    pub fn advance(&mut self, dt: f64, robots: &DiscGrid) {
         if !(dt > 0.0 && dt.is_finite()) {
             return;
         }
@@ -203,7 +204,7 @@ impl Walker {
         Disc::new(self.position(), self.radius)
     }
 
-    fn advance(&mut self, dt: f64, robots: &[Disc]) {
+    fn advance(&mut self, dt: f64, robots: &DiscGrid) {
         if self.path.len() < 2 || self.speed <= 0.0 {
             return;
         }
@@ -219,7 +220,7 @@ impl Walker {
                 continue;
             }
             let to_waypoint = self.leg().norm() - self.walked;
-            let free = self.free_ahead(robots);
+            let free = self.free_ahead(robots, to_waypoint.min(self.speed * left));
             if self.speed * left < to_waypoint.min(free) {
                 self.walked += self.speed * left;
                 self.waiting = 0.0;
@@ -254,20 +255,26 @@ impl Walker {
         }
     }
 
-    /// How far the person can walk before a robot is too near, m.
-    fn free_ahead(&self, robots: &[Disc]) -> f64 {
+    /// How far the person can walk before a robot is too near, m. Robots that are none within `distance` don't count.
+    fn free_ahead(&self, robots: &DiscGrid, distance: f64) -> f64 {
         if self.courtesy == Courtesy::Ignores {
             return f64::INFINITY;
         }
         let (position, direction) = (self.position(), self.direction());
         let gap = STOPS_SHORT + if self.waiting > 0.0 { HYSTERESIS } else { 0.0 };
-        let in_the_way = robots.iter().filter_map(|robot| {
+        let mut free = f64::INFINITY;
+        // Length and half the width of the strip in which a robot stops the person, but for the robot's own radius: each adds
+        // that once, and once is in the query already.
+        let (length, width) = (self.radius + gap + distance, self.radius + ELBOW_ROOM);
+        robots.each_near(position, length + width + robots.largest_radius(), |_, robot| {
             let to = robot.center - position;
             let (ahead, aside) = (direction.dot(&to), direction.perp(&to).abs());
             let reach = self.radius + robot.radius;
-            (ahead > 0.0 && aside < reach + ELBOW_ROOM).then(|| (ahead - reach - gap).max(0.0))
+            if ahead > 0.0 && aside < reach + ELBOW_ROOM {
+                free = free.min((ahead - reach - gap).max(0.0));
+            }
         });
-        in_the_way.fold(f64::INFINITY, f64::min)
+        free
     }
 }
 
@@ -284,9 +291,16 @@ mod tests {
         People::new(&WorldPlan::parse(toml).unwrap().person, &Streams::new(1))
     }
 
+    fn among(robots: &[Disc]) -> DiscGrid {
+        let mut grid = DiscGrid::default();
+        grid.arrange(robots.iter().copied());
+        grid
+    }
+
     fn walk(people: &mut People, seconds: f64, dt: f64, robots: &[Disc]) {
+        let robots = among(robots);
         for _ in 0..(seconds / dt).round() as usize {
-            people.advance(dt, robots);
+            people.advance(dt, &robots);
         }
     }
 
@@ -352,8 +366,8 @@ mod tests {
             let person = WorldPlan::parse(text).unwrap().person;
             let mut fine = People::new(&person, &Streams::new(seed));
             let mut coarse = fine.clone();
-            coarse.advance(cuts.iter().sum(), &[]);
-            cuts.iter().for_each(|dt| fine.advance(*dt, &[]));
+            coarse.advance(cuts.iter().sum(), &among(&[]));
+            cuts.iter().for_each(|dt| fine.advance(*dt, &among(&[])));
             prop_assert!((at(&fine) - at(&coarse)).norm() < 1e-9);
         }
 
@@ -363,8 +377,9 @@ mod tests {
         ) {
             let mut crowd = people("[[person]]\npath = [[-2, 0], [10, 0]]\nspeed = 1.2");
             let robot = Disc::new(Point2::new(x, y), radius);
+            let robots = among(&[robot]);
             for _ in 0..100 {
-                crowd.advance(dt, &[robot]);
+                crowd.advance(dt, &robots);
                 prop_assert!((at(&crowd) - robot.center).norm() >= radius + 0.25 - 1e-9);
             }
         }
