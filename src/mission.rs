@@ -199,7 +199,9 @@ pub fn run(loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<O
     let threads = options.threads.or(settings.threads.map(usize::from));
     let threads = threads.unwrap_or_else(|| usual_threads(composed.robots.len()));
     let arena = composed.arena.clone();
-    let trails = Rc::new(RefCell::new(paths::Trails::new(arena.clone())));
+    // Without a directory nobody will ever see a trail.
+    let trailed = arena.clone().filter(|_| options.out.is_some());
+    let trails = Rc::new(RefCell::new(paths::Trails::new(trailed)));
     let plan = fleet::FleetPlan {
         environment: composed.environment(),
         robots: composed.robots,

@@ -62,7 +62,7 @@ pub struct FleetPlan {
     pub pace: Pace,
     /// Threads to spread the robots over; 1 runs everything on the caller's.
     pub threads: usize,
-    /// Where the recording goes.
+    /// Where the recording goes. Without one the robots' tracks are muted.
     pub recorder: Option<Recorder>,
     /// Lets others pause, step and stop the fleet.
     pub control: FleetControl,

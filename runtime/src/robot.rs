@@ -2,7 +2,7 @@
 //!
 //! A period is sense → estimate → behave → arbitrate → act. The `Robot` tells one node after the other to take its step and
 //! waits for its answer before it tells the next, so the order is that of the plan whatever else the arbiter's run queue
-//! holds. At the end of the period it copies the robot's topics into the recording. All nodes of a robot live on one arbiter.
+//! holds. At the end of the period it copies the robot's topics into the recording, if there is one. All nodes of a robot live on one arbiter.
 
 use std::{cell::RefCell, rc::Rc, sync::Arc};
 
@@ -99,7 +99,7 @@ impl Robot {
     ) -> Result<(Addr<Robot>, Rc<RefCell<Track>>), HostError> {
         let track = Rc::new(RefCell::new(plan.track));
         let bus = plan.bus.open();
-        let taps = taps(&plan.nodes, &bus)?;
+        let taps = if track.borrow().is_muted() { Vec::new() } else { taps(&plan.nodes, &bus)? };
         let name = plan.name.clone();
         let mut failed = None;
         let robot = Robot::create(|context| {
@@ -154,9 +154,11 @@ impl Robot {
             turn.node.do_send(Step { now: self.now, phase: turn.phase });
             return;
         }
-        let mut track = self.track.borrow_mut();
-        for tap in &mut self.taps {
-            tap.drain(&mut track);
+        if !self.taps.is_empty() {
+            let mut track = self.track.borrow_mut();
+            for tap in &mut self.taps {
+                tap.drain(&mut track);
+            }
         }
         self.crew.do_send(RobotStepped { done: self.done });
     }

@@ -21,7 +21,12 @@ const PAUSE_POLL: Duration = Duration::from_millis(20);
 pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> {
     let threads = plan.threads.clamp(1, plan.robots.len().max(1));
     let fleet_size = plan.robots.len();
-    let mut shares = share_out(plan.robots, threads);
+    let mut robots = plan.robots;
+    if plan.recorder.is_none() {
+        // A hash has a recorder too: without one nobody ever looks at what a track encodes.
+        robots.iter_mut().for_each(|robot| robot.track.mute());
+    }
+    let mut shares = share_out(robots, threads);
     let stopwatch = Clock::stopwatch(plan.pace);
     let (ended, end) = oneshot::channel();
     let conductor = Conductor {
@@ -131,7 +136,7 @@ struct End {
 struct Conductor {
     crews: Vec<Addr<Crew>>,
     waiting: usize,
-    /// What the robots recorded in this step.
+    /// What the robots recorded in this step; nothing if there is no recorder.
     parcels: Vec<Parcel>,
     /// Emptied buffers, by crew.
     empties: Vec<Vec<Parcel>>,

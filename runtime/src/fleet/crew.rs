@@ -25,7 +25,8 @@ pub(super) struct Crew {
 struct Member {
     index: usize,
     robot: Addr<Robot>,
-    track: Rc<RefCell<Track>>,
+    /// `None` if it is muted.
+    track: Option<Rc<RefCell<Track>>>,
 }
 
 /// What one robot recorded in one step.
@@ -76,7 +77,10 @@ impl Crew {
             let mut members = Vec::with_capacity(plans.len());
             for (index, plan) in plans {
                 match Robot::start(plan, stopwatch, address.clone().recipient()) {
-                    Ok((robot, track)) => members.push(Member { index, robot, track }),
+                    Ok((robot, track)) => {
+                        let track = Some(track).filter(|track| !track.borrow().is_muted());
+                        members.push(Member { index, robot, track });
+                    }
                     Err(error) => {
                         failed = Some(error);
                         break;
@@ -95,10 +99,11 @@ impl Crew {
             return;
         }
         let mut parcels = std::mem::take(&mut self.parcel);
-        parcels.resize_with(self.members.len(), Parcel::default);
-        for (parcel, member) in parcels.iter_mut().zip(&self.members) {
-            (parcel.crew, parcel.robot) = (self.index, member.index);
-            member.track.borrow_mut().swap_entries(&mut parcel.entries);
+        let tracks = || self.members.iter().filter_map(|member| Some((member.index, member.track.as_ref()?)));
+        parcels.resize_with(tracks().count(), Parcel::default);
+        for (parcel, (robot, track)) in parcels.iter_mut().zip(tracks()) {
+            (parcel.crew, parcel.robot) = (self.index, robot);
+            track.borrow_mut().swap_entries(&mut parcel.entries);
         }
         self.conductor.do_send(CrewStepped { parcels, done: self.done });
     }

@@ -19,7 +19,8 @@ use crate::{
 
 /// The encoder of one robot's messages. It lives beside the robot's actors; its [`Entries`] go to the recorder once a step.
 ///
-/// Nothing is allocated once every topic has been seen and the buffers have grown to a step's size.
+/// Nothing is allocated once every topic has been seen and the buffers have grown to a step's size. A muted track encodes
+/// nothing and holds no buffers.
 #[derive(Debug)]
 pub struct Track {
     name: String,
@@ -32,6 +33,7 @@ pub struct Track {
     grid: GridView,
     log: Log,
     unrecorded: u64,
+    muted: bool,
 }
 
 #[derive(Debug)]
@@ -64,7 +66,22 @@ impl Track {
             grid: GridView::new(),
             log: Log::default(),
             unrecorded: 0,
+            muted: false,
         }
+    }
+
+    /// Encodes nothing from here on, and gives its buffers back: nobody wants a recording.
+    pub fn mute(&mut self) {
+        self.muted = true;
+        self.channels = Vec::new();
+        self.entries = Entries::default();
+        self.scan = None;
+    }
+
+    /// True if nothing is encoded.
+    #[must_use]
+    pub fn is_muted(&self) -> bool {
+        self.muted
     }
 
     /// Begins a step: what is recorded from here on bears this time.
@@ -75,6 +92,9 @@ impl Track {
 
     /// Records a sample under its payload's topic, and what viewers can draw of it.
     pub fn record<P: Payload>(&mut self, sample: &P) {
+        if self.muted {
+            return;
+        }
         let channel = self.channel(Key::Payload(TypeId::of::<P>()), P::TOPIC, || form(sample));
         let form = self.channels[channel].form;
         let done = self.write(channel, |bytes| form.encode(sample, bytes));
@@ -93,6 +113,9 @@ impl Track {
 
     /// Records a map of the robot's under the topic `/<robot>/<name>`. A grid that is not sound is not recorded.
     pub fn record_grid(&mut self, name: &'static str, image: &GridImage) {
+        if self.muted {
+            return;
+        }
         if !image.is_sound() {
             self.unrecorded += 1;
             return;
@@ -104,6 +127,9 @@ impl Track {
 
     /// Records a line of a node's log.
     pub fn log(&mut self, level: tracing::Level, node: &str, text: &str) {
+        if self.muted {
+            return;
+        }
         let channel = self.view::<Log>("log");
         let level = match level {
             tracing::Level::ERROR => Level::Error,
