@@ -39,26 +39,25 @@ impl Inputs {
     /// The newest sample of a topic, however old; `None` before the first.
     #[must_use]
     pub fn latest<P: Payload>(&self) -> Option<&P> {
-        self.slot::<P>().and_then(|slot| slot.last.as_ref())
+        self.slot::<P>().and_then(|slot| slot.samples.last())
     }
 
     /// The newest sample of a topic if it came since the last step.
     #[must_use]
     pub fn fresh<P: Payload>(&self) -> Option<&P> {
-        self.slot::<P>().and_then(|slot| slot.new.last())
+        self.slot::<P>().and_then(|slot| slot.fresh().last())
     }
 
     /// All samples of a topic that came since the last step, oldest first.
     #[must_use]
     pub fn each<P: Payload>(&self) -> &[P] {
-        self.slot::<P>().map_or(&[], |slot| &slot.new)
+        self.slot::<P>().map_or(&[], |slot| slot.fresh())
     }
 
     /// Adds a sample by hand, as if it had just come. Samples of topics that were not declared are dropped.
     pub fn put<P: Payload>(&mut self, sample: P) {
         if let Some(slot) = self.slots.iter_mut().find_map(|slot| slot.as_any_mut().downcast_mut::<ReadSlot<P>>()) {
-            slot.new.push(sample);
-            slot.last = Some(sample);
+            slot.add(&sample);
         }
     }
 
@@ -110,13 +109,33 @@ pub(super) trait ReadPort {
 
 pub(super) struct ReadSlot<P: Payload> {
     subscriber: Option<Subscriber<P>>,
-    new: Vec<P>,
-    last: Option<P>,
+    /// What came since the last step; if nothing did, what came before. The last is the newest of all.
+    samples: Vec<P>,
+    is_fresh: bool,
 }
+
+/// Samples for which there is room from the beginning. More come in a step only if a writer or this node was held up.
+pub(super) const USUAL: usize = 4;
 
 impl<P: Payload> ReadSlot<P> {
     pub(super) fn new(subscriber: Option<Subscriber<P>>) -> Self {
-        Self { subscriber, new: Vec::with_capacity(P::QUEUE), last: None }
+        Self { subscriber, samples: Vec::with_capacity(P::QUEUE.min(USUAL)), is_fresh: false }
+    }
+
+    fn fresh(&self) -> &[P] {
+        if self.is_fresh { &self.samples } else { &[] }
+    }
+
+    fn add(&mut self, sample: &P) {
+        Self::put(&mut self.samples, &mut self.is_fresh, sample);
+    }
+
+    /// The first new sample takes the place of all old ones.
+    fn put(samples: &mut Vec<P>, is_fresh: &mut bool, sample: &P) {
+        if !std::mem::replace(is_fresh, true) {
+            samples.clear();
+        }
+        samples.push(*sample);
     }
 }
 
@@ -126,24 +145,21 @@ impl<P: Payload> ReadPort for ReadSlot<P> {
     }
 
     fn refresh(&mut self) {
-        self.new.clear();
+        self.is_fresh = false;
         if let Some(subscriber) = &mut self.subscriber {
-            let new = &mut self.new;
-            subscriber.drain(|sample| new.push(*sample));
-        }
-        if let Some(newest) = self.new.last() {
-            self.last = Some(*newest);
+            let (samples, is_fresh) = (&mut self.samples, &mut self.is_fresh);
+            subscriber.collect(|sample| Self::put(samples, is_fresh, sample));
         }
     }
 
     fn settle(&mut self) {
-        self.new.clear();
+        self.is_fresh = false;
     }
 
     fn copy_from(&mut self, other: &dyn ReadPort) {
         if let Some(other) = other.as_any().downcast_ref::<Self>() {
-            self.new.clone_from(&other.new);
-            self.last = other.last;
+            self.samples.clone_from(&other.samples);
+            self.is_fresh = other.is_fresh;
         }
     }
 

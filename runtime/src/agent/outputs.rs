@@ -2,7 +2,7 @@ use std::any::{Any, TypeId};
 
 use tracing::Level;
 
-use super::Wiring;
+use super::{Wiring, inputs::USUAL};
 use crate::{
     arbitration::client::{BaseHandle, SonarHandle},
     link::{LinkError, Publisher, RobotBus},
@@ -195,7 +195,7 @@ pub(super) struct WriteSlot<P: Payload> {
 
 impl<P: Payload> WriteSlot<P> {
     pub(super) fn new(publisher: Option<Publisher<P>>) -> Self {
-        Self { publisher, pending: Vec::with_capacity(P::QUEUE) }
+        Self { publisher, pending: Vec::with_capacity(P::QUEUE.min(USUAL)) }
     }
 }
 

@@ -104,6 +104,6 @@ pub(crate) trait Tap: 'static {
 
 impl<P: Payload> Tap for crate::link::Subscriber<P> {
     fn drain(&mut self, track: &mut Track) {
-        crate::link::Subscriber::drain(self, |sample| track.record(sample));
+        self.collect(|sample| track.record(sample));
     }
 }

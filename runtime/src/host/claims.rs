@@ -43,11 +43,11 @@ impl ClaimPorts {
     pub(super) fn hear(&mut self, outputs: &mut Outputs) {
         self.heard.clear();
         let heard = &mut self.heard;
-        self.notices.drain(|notice| heard.push(*notice));
+        self.notices.collect(|notice| heard.push(*notice));
         let (mut decision, mut report, mut sonar) = (None, None, None);
-        self.decisions.drain(|sample| decision = Some(*sample));
-        self.reports.drain(|sample| report = Some(*sample));
-        self.sonar_decisions.drain(|sample| sonar = Some(*sample));
+        self.decisions.collect(|sample| decision = Some(*sample));
+        self.reports.collect(|sample| report = Some(*sample));
+        self.sonar_decisions.collect(|sample| sonar = Some(*sample));
         outputs.base.hear(heard, decision.as_ref(), report.as_ref());
         if let Some(decision) = &sonar {
             outputs.sonar.hear(decision);

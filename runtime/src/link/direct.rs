@@ -70,6 +70,8 @@ struct Hub<P> {
     rings: RefCell<Vec<Rc<Ring<P>>>>,
     inboxes: RefCell<Vec<Weak<Inbox<P>>>>,
     readers: Cell<usize>,
+    /// How many samples all writers together have published: a reader that has seen as many need not ask each ring.
+    published: Cell<u64>,
     claim: Arc<Claim>,
 }
 
@@ -80,7 +82,8 @@ pub(super) struct DirectTopic<P> {
 
 impl<P: Payload> DirectTopic<P> {
     pub(super) fn new(claim: Arc<Claim>) -> Self {
-        let hub = Hub { rings: RefCell::default(), inboxes: RefCell::default(), readers: Cell::new(0), claim };
+        let hub =
+            Hub { rings: RefCell::default(), inboxes: RefCell::default(), readers: Cell::new(0), published: Cell::new(0), claim };
         Self { hub: Rc::new(hub) }
     }
 }
@@ -115,7 +118,7 @@ impl<P: Payload> Topic<P> for DirectTopic<P> {
         inboxes.retain(|inbox| inbox.strong_count() > 0);
         inboxes.push(Rc::downgrade(&inbox));
         self.hub.readers.set(self.hub.readers.get() + 1);
-        Ok(Box::new(DirectReader { inbox, hub: Rc::clone(&self.hub) }))
+        Ok(Box::new(DirectReader { inbox, seen: self.hub.published.get(), hub: Rc::clone(&self.hub) }))
     }
 }
 
@@ -127,6 +130,7 @@ struct DirectWriter<P> {
 impl<P: Payload> Writer<P> for DirectWriter<P> {
     fn publish(&mut self, sample: &P) -> Result<usize, LinkError> {
         self.ring.push(*sample);
+        self.hub.published.set(self.hub.published.get() + 1);
         Ok(self.hub.readers.get())
     }
 }
@@ -153,16 +157,24 @@ fn retire<P>(feeds: &mut Vec<Feed<P>>, gone: &Rc<Ring<P>>) {
 struct DirectReader<P> {
     inbox: Rc<Inbox<P>>,
     hub: Rc<Hub<P>>,
+    /// How many samples had been published at the last look.
+    seen: u64,
 }
 
-impl<P: Payload> Reader<P> for DirectReader<P> {
-    fn fetch(&mut self, into: &mut Vec<Arrival<P>>) {
+impl<P: Payload> DirectReader<P> {
+    /// Shows all samples that wait, writer by writer. The rings come in the order of their writers, who are numbered as they come.
+    fn look(&mut self, mut show: impl FnMut(WriterNumber, &P)) {
+        let published = self.hub.published.get();
+        if published == self.seen {
+            return;
+        }
+        self.seen = published;
         let mut any_retired = false;
         let mut feeds = self.inbox.borrow_mut();
         for feed in feeds.iter_mut() {
             let end = feed.ring.published.get();
             for number in feed.ring.oldest_since(feed.next)..end {
-                into.push(Arrival { writer: feed.ring.writer, sample: feed.ring.slot(number).get() });
+                show(feed.ring.writer, &feed.ring.slot(number).get());
             }
             feed.next = end;
             any_retired |= feed.ring.retired.get();
@@ -170,6 +182,17 @@ impl<P: Payload> Reader<P> for DirectReader<P> {
         if any_retired {
             feeds.retain(|feed| !(feed.ring.retired.get() && feed.is_empty()));
         }
+    }
+}
+
+impl<P: Payload> Reader<P> for DirectReader<P> {
+    fn fetch(&mut self, into: &mut Vec<Arrival<P>>) {
+        self.look(|writer, sample| into.push(Arrival { writer, sample: *sample }));
+    }
+
+    fn show(&mut self, show: &mut dyn FnMut(&P)) -> bool {
+        self.look(|_, sample| show(sample));
+        true
     }
 }
 
