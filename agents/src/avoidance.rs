@@ -114,9 +114,7 @@ impl Behaviour for Avoidance {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
         let Some(odometry) = inputs.latest::<Odometry>() else { return };
         self.surroundings.moved(odometry);
-        for scan in inputs.each::<SonarScan>() {
-            self.surroundings.heard(scan);
-        }
+        self.surroundings.heard(inputs.each::<SonarScan>());
         let idle = !self.evasion.is_active();
         // Who steps aside looks out for itself; a cap for the sake of the comer would keep it in the comer's way.
         let limit = caution(&self.config, &self.surroundings, odometry.twist).filter(|_| idle);

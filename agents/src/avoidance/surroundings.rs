@@ -83,12 +83,28 @@ impl Surroundings {
         self.speed = odometry.twist.linear;
     }
 
-    /// Takes a scan.
-    pub fn heard(&mut self, scan: &SonarScan) {
+    /// Takes the scans of a step, oldest first.
+    pub fn heard(&mut self, scans: &[SonarScan]) {
+        for scan in scans {
+            self.take(scan);
+        }
+        let fresh = |i: usize| scans.iter().any(|scan| scan.is_fresh(i));
+        for (_, track) in self.tracks.iter_mut().enumerate().filter(|(i, _)| fresh(*i)) {
+            track.refit();
+        }
+    }
+
+    fn take(&mut self, scan: &SonarScan) {
+        // Transducers that fired together were at the same place.
+        let mut last: Option<(f64, Pose)> = None;
         for i in (0..self.ring.transducers.len()).filter(|i| scan.is_fresh(*i)) {
             let transducer = self.ring.transducers[i];
             let time = scan.stamp.as_secs_f64() - f64::from(scan.age(i));
-            let pose = self.pose_at(time);
+            let pose = match last {
+                Some((known, pose)) if known == time => pose,
+                _ => self.pose_at(time),
+            };
+            last = Some((time, pose));
             let axis = angle::wrap(pose.heading + transducer.mount.heading);
             let Some(range) = scan.echo(i).free_distance(self.ring.max_range as f32).map(f64::from) else { continue };
             let heard = scan.echo(i) != Echo::Nothing;

@@ -69,7 +69,7 @@ fn drive(twist: Twist, seconds: f64, world: &World, mut look: impl FnMut(&Surrou
                 _ => Echo::Nothing,
             };
             let echoes: Vec<Echo> = ring.transducers.iter().map(hear).collect();
-            around.heard(&SonarScan::from_echoes(Time::from_secs_f64(time), u64::from(step), &echoes));
+            around.heard(&[SonarScan::from_echoes(Time::from_secs_f64(time), u64::from(step), &echoes)]);
         }
         look(&around, &odometry);
     }

@@ -88,9 +88,14 @@ impl Track {
         self.range
     }
 
-    /// How it moves by itself.
+    /// How it moves by itself, as of the last [`Track::refit`].
     pub fn trend(&self) -> Trend {
         self.trend
+    }
+
+    /// Works out anew how what is heard moves: once after the readings of a step, for it looks through the whole history.
+    pub fn refit(&mut self) {
+        self.trend = self.fit();
     }
 
     /// Takes a reading of a beam in which things may be up to `half` off the axis, rad.
@@ -119,7 +124,6 @@ impl Track {
             self.next = (self.next + 1) % HISTORY;
             self.len = (self.len + 1).min(HISTORY);
         }
-        self.trend = self.fit();
     }
 
     /// The sample that is so many before the newest.

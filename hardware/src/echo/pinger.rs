@@ -1,4 +1,4 @@
-use std::time::Duration;
+use std::{cell::RefCell, time::Duration};
 
 use nalgebra::{Point2, Vector2};
 use orienteer_runtime::{
@@ -21,6 +21,12 @@ use super::{
 
 /// The shortest time between two slots that a ring may have, s.
 const MIN_SLOT_TIME: f64 = 1e-4;
+
+thread_local! {
+    /// Only one pinger at a time searches on a thread. Each with a scratch of its own, a swarm would fill the caches with memory
+    /// that nobody looks at again before the next step.
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
 
 /// Why a ring can't be simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -77,7 +83,6 @@ pub struct Pinger {
     pass_start: Option<Time>,
     slot_time: Duration,
     scan: SonarScan,
-    scratch: Scratch,
     /// Bodies farther than this from the robot's centre are not heard, m.
     reach: f64,
     /// The bodies near enough to be heard in this slot.
@@ -103,9 +108,8 @@ impl Pinger {
             pass_start: None,
             slot_time: Duration::from_secs_f64(ring.slot_time),
             scan: SonarScan::unfired(ring.transducers.len()),
-            scratch: Scratch::default(),
             reach: ring.transducers.iter().map(|t| t.mount.x.hypot(t.mount.y)).fold(0.0, f64::max) + ring.max_range,
-            near: Vec::with_capacity(64),
+            near: Vec::with_capacity(16),
             ring,
         })
     }
@@ -136,12 +140,14 @@ impl Pinger {
         rng: &mut impl Rng,
         out: &mut Vec<SonarScan>,
     ) {
-        while let Some(now) = self.next_after(from).filter(|next| *next <= to) {
-            self.fire(now, pose_at(now), world, bodies, rng);
-            if self.slot == 0 {
-                out.push(self.scan);
+        SCRATCH.with_borrow_mut(|scratch| {
+            while let Some(now) = self.next_after(from).filter(|next| *next <= to) {
+                self.fire(now, pose_at(now), world, bodies, rng, scratch);
+                if self.slot == 0 {
+                    out.push(self.scan);
+                }
             }
-        }
+        });
     }
 
     /// When the next slot fires if nobody looks before `from`; `None` if no program has a slot.
@@ -166,7 +172,7 @@ impl Pinger {
     }
 
     /// Fires the slot that is due; afterwards `self.slot` is 0 if the pass is complete.
-    fn fire(&mut self, now: Time, robot: Pose, world: &SegmentGrid, bodies: &[Disc], rng: &mut impl Rng) {
+    fn fire(&mut self, now: Time, robot: Pose, world: &SegmentGrid, bodies: &[Disc], rng: &mut impl Rng, scratch: &mut Scratch) {
         if self.slot == 0 {
             self.pass_start = Some(now);
             self.scan.fired = 0;
@@ -178,7 +184,7 @@ impl Pinger {
         self.near.clear();
         let in_reach = |body: &&Disc| (body.centre - robot.point()).norm() <= self.reach + body.radius;
         self.near.extend(bodies.iter().filter(in_reach));
-        let distances = self.listen(mask, robot, world, rng);
+        let distances = self.listen(mask, robot, world, rng, scratch);
         for (i, distance) in distances.iter().enumerate().take(self.mounts.len()).filter(|(i, _)| mask & (1 << i) != 0) {
             self.scan.set(i, self.acoustics.measure(*distance, self.gate, rng), 0.0);
         }
@@ -191,23 +197,30 @@ impl Pinger {
     }
 
     /// The distances that the transducers of a slot hear, noise aside.
-    fn listen(&mut self, mask: u32, robot: Pose, world: &SegmentGrid, rng: &mut impl Rng) -> [Option<f64>; MAX_TRANSDUCERS] {
+    fn listen(
+        &self,
+        mask: u32,
+        robot: Pose,
+        world: &SegmentGrid,
+        rng: &mut impl Rng,
+        scratch: &mut Scratch,
+    ) -> [Option<f64>; MAX_TRANSDUCERS] {
         let mut heard_at = [None; MAX_TRANSDUCERS];
         let mut distances = [None; MAX_TRANSDUCERS];
         let (direction, model) = (robot.direction(), self.acoustics.model());
         for (i, (mount, beam)) in self.mounts.iter().enumerate().filter(|(i, _)| mask & (1 << i) != 0) {
             let beam = carried(robot, direction, *mount, beam);
-            let answer = cone(world, &self.near, &beam, &self.acoustics, &mut self.scratch);
+            let answer = cone(world, &self.near, &beam, &self.acoustics, scratch);
             distances[i] = answer.map(|answer| answer.range);
             if answer.is_none() && model.second_bounce {
-                distances[i] = second_bounce(world, &self.near, &beam, &self.acoustics, &mut self.scratch);
+                distances[i] = second_bounce(world, &self.near, &beam, &self.acoustics, scratch);
             }
             if model.cross_talk > 0.0 {
                 heard_at[i] = answer.map(|answer| (answer.range, answer.at(&beam)));
             }
         }
         if model.cross_talk > 0.0 {
-            self.hear_neighbours(mask, robot, world, &heard_at, &mut distances, rng);
+            self.hear_neighbours(mask, robot, world, &heard_at, &mut distances, rng, scratch);
         }
         distances
     }
@@ -215,14 +228,16 @@ impl Pinger {
     /// Cross-talk: with the model's probability a transducer takes the nearest point that answers another one of its slot,
     /// if that point is in its own beam and in sight, for its own echo. The sound then runs from the other transducer to the
     /// point and from there to this one; half of that path is heard if it is shorter than the own echo.
+    #[expect(clippy::too_many_arguments, reason = "what was heard, what may be heard instead, and where to look")]
     fn hear_neighbours(
-        &mut self,
+        &self,
         mask: u32,
         robot: Pose,
         world: &SegmentGrid,
         heard_at: &[Option<(f64, Point2<f64>)>; MAX_TRANSDUCERS],
         distances: &mut [Option<f64>; MAX_TRANSDUCERS],
         rng: &mut impl Rng,
+        scratch: &mut Scratch,
     ) {
         let direction = robot.direction();
         for (i, (mount, beam)) in self.mounts.iter().enumerate().filter(|(i, _)| mask & (1 << i) != 0) {
@@ -240,7 +255,7 @@ impl Pinger {
                     continue;
                 }
                 let sight = Beam { max_range: length - 1e-6, ..beam.moved(beam.origin, way / length) };
-                if first_surface(world, &self.near, &sight, None, &mut self.scratch).is_none() {
+                if first_surface(world, &self.near, &sight, None, scratch).is_none() {
                     distances[i] = Some(path);
                 }
             }

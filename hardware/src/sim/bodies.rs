@@ -42,7 +42,7 @@ impl Bodies {
 impl<T> Default for Others<T> {
     fn default() -> Self {
         // Ample, so that nothing grows in the middle of a run.
-        Self { found: Vec::with_capacity(32), numbers: Vec::with_capacity(32) }
+        Self { found: Vec::with_capacity(16), numbers: Vec::with_capacity(16) }
     }
 }
 

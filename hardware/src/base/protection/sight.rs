@@ -7,6 +7,8 @@
 //! met, and the beam that now looks there may not have been read yet. What it met is kept for a while. What slips into a gap
 //! between the beams is remembered longer.
 
+use std::cell::RefCell;
+
 use nalgebra::{Point2, Rotation2, Vector2};
 use orienteer_runtime::{
     geometry::{Pose, angle},
@@ -79,6 +81,11 @@ pub struct Obstacle {
     pub is_wall: bool,
 }
 
+thread_local! {
+    /// The beams of whoever looks, by slot: of use during one look only, so all that look on a thread share it.
+    static MET: RefCell<Vec<Option<Beam>>> = const { RefCell::new(Vec::new()) };
+}
+
 /// A beam that met something, in the robot frame of now.
 #[derive(Debug, Clone, Copy)]
 struct Beam {
@@ -107,7 +114,6 @@ pub struct Sight {
     poses: Vec<(Time, Pose)>,
     newest: usize,
     known: usize,
-    met: Vec<Option<Beam>>,
 }
 
 impl Sight {
@@ -123,7 +129,6 @@ impl Sight {
             readings: vec![None; transducers.len()],
             kept: vec![None; transducers.len()],
             memory: Memory::new(),
-            met: vec![None; 2 * transducers.len()],
             transducers,
             poses: vec![(Time::START, Pose::default()); poses],
             newest: 0,
@@ -163,6 +168,8 @@ impl Sight {
 
     /// Takes in what is new in a scan.
     pub fn take(&mut self, scan: &SonarScan) {
+        // Transducers that fired together were read at the same pose.
+        let mut last: Option<(Time, Pose)> = None;
         for i in 0..self.transducers.len().min(scan.len()) {
             let age = f64::from(scan.age(i));
             let echo = scan.echo(i);
@@ -171,8 +178,14 @@ impl Sight {
             }
             let taken = scan.stamp - std::time::Duration::from_secs_f64(age);
             let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
-            // Nobody knows where a reading was taken that is older than all poses.
-            if is_new && let Some(pose) = self.pose_at(taken) {
+            if is_new {
+                let pose = match last {
+                    Some((time, pose)) if time == taken => pose,
+                    _ => self.pose_at(taken),
+                };
+                last = Some((taken, pose));
+                // Nobody knows where a reading was taken that is older than all poses.
+                let Some(pose) = pose else { continue };
                 let face = pose.then(self.transducers[i].mount);
                 self.renew(i, Reading { taken, face, echo, confirmed: false });
             }
@@ -232,41 +245,47 @@ impl Sight {
         oldest
     }
 
-    /// The beams that met something no longer than `max_age` ago, as seen from `pose` (odometry frame).
-    fn turn_to(&mut self, now: Time, pose: Pose, max_age: f64) {
+    /// For each slot, the beam that met something no longer than `max_age` ago, as seen from `pose` (odometry frame). First come
+    /// the newest readings of all transducers, then what they kept.
+    fn beams(&self, now: Time, pose: Pose, max_age: f64) -> impl Iterator<Item = Option<Beam>> + '_ {
         let (sin, cos) = pose.heading.sin_cos();
         let count = self.transducers.len();
-        for (slot, reading) in self.readings.iter().chain(&self.kept).enumerate() {
+        self.readings.iter().chain(&self.kept).enumerate().map(move |(slot, reading)| {
             let oldest = if slot < count { max_age } else { KEPT };
-            let fresh = reading.filter(|reading| now.secs_since(reading.taken) <= oldest);
-            self.met[slot] = fresh.and_then(|reading| {
-                let (range, too_near) = reading.met(self.min_range)?;
-                let (dx, dy) = (reading.face.x - pose.x, reading.face.y - pose.y);
-                let (axis_sin, axis_cos) = (reading.face.heading - pose.heading).sin_cos();
-                Some(Beam {
-                    face: Point2::new(cos * dx + sin * dy, cos * dy - sin * dx),
-                    axis: Vector2::new(axis_cos, axis_sin),
-                    half: self.transducers[slot % count].half_beam,
-                    range,
-                    too_near,
-                })
-            });
-        }
+            let reading = reading.as_ref().filter(|reading| now.secs_since(reading.taken) <= oldest)?;
+            let (range, too_near) = reading.met(self.min_range)?;
+            let (dx, dy) = (reading.face.x - pose.x, reading.face.y - pose.y);
+            let (axis_sin, axis_cos) = (reading.face.heading - pose.heading).sin_cos();
+            Some(Beam {
+                face: Point2::new(cos * dx + sin * dy, cos * dy - sin * dx),
+                axis: Vector2::new(axis_cos, axis_sin),
+                half: self.transducers[slot % count].half_beam,
+                range,
+                too_near,
+            })
+        })
     }
 
     /// Where the beams' axes met something, as seen from `pose` (odometry frame).
-    pub fn points(&mut self, now: Time, pose: Pose, max_age: f64) -> impl Iterator<Item = Point2<f64>> + '_ {
-        self.turn_to(now, pose, max_age);
-        self.met.iter().flatten().map(|beam| beam.face + beam.axis * beam.range)
+    pub fn points(&self, now: Time, pose: Pose, max_age: f64) -> impl Iterator<Item = Point2<f64>> + '_ {
+        self.beams(now, pose, max_age).flatten().map(|beam| beam.face + beam.axis * beam.range)
     }
 
     /// Replaces `obstacles` by all that may be there within `reach` of a body of radius `body` that stands at `pose` (odometry
     /// frame), by readings no older than `max_age`.
     pub fn look(&mut self, now: Time, pose: Pose, max_age: f64, body: f64, reach: f64, obstacles: &mut Vec<Obstacle>) {
-        self.turn_to(now, pose, max_age);
         obstacles.clear();
+        MET.with_borrow_mut(|met| {
+            met.clear();
+            met.extend(self.beams(now, pose, max_age));
+            self.look_along(met, body, reach, obstacles);
+        });
+        self.recall(now, pose, body + reach, obstacles);
+    }
+
+    fn look_along(&self, met: &[Option<Beam>], body: f64, reach: f64, obstacles: &mut Vec<Obstacle>) {
         let count = self.transducers.len();
-        for (slot, beam) in self.met.iter().enumerate() {
+        for (slot, beam) in met.iter().enumerate() {
             let Some(beam) = beam else { continue };
             // No place in the beam, and no wall through it, is nearer to the centre than this.
             if !beam.too_near && beam.range - beam.face.coords.norm() > body + reach {
@@ -274,7 +293,7 @@ impl Sight {
             }
             // What was kept is compared with what its neighbours kept, as they looked about there at that time.
             let row = slot - slot % count;
-            let beside = self.neighbours[slot % count].map(|neighbour| neighbour.and_then(|j| self.met[row + j]));
+            let beside = self.neighbours[slot % count].map(|neighbour| neighbour.and_then(|j| met[row + j]));
             let halves = (beam.half / RAYS).ceil().max(1.0);
             let step = Rotation2::new(beam.half / halves);
             let mut ray = Rotation2::new(-beam.half) * beam.axis;
@@ -292,7 +311,6 @@ impl Sight {
                 ray = step * ray;
             }
         }
-        self.recall(now, pose, body + reach, obstacles);
     }
 
     /// Adds what is remembered within `reach` of the centre.
