@@ -4,7 +4,7 @@
 //!
 //! | layer | modules |
 //! |---|---|
-//! | common terms | [`geometry`], [`time`], [`random`], [`robot_model`], [`topics`] |
+//! | common terms | [`geometry`], [`time`], [`random`], [`recall`], [`robot_model`], [`topics`] |
 //! | between actors | [`link`] carries topics, [`arbitration`] decides who has the base and the sonar |
 //! | one actor | [`agent`]: what a behaviour is; [`agents`]: the kinds that there are; [`host`]: the actor that runs one |
 //! | many actors | [`robot`] steps its nodes, [`fleet`] its robots, [`clock`] says when |
@@ -21,6 +21,7 @@ pub mod geometry;
 pub mod host;
 pub mod link;
 pub mod random;
+pub mod recall;
 pub mod recording;
 pub mod robot;
 pub mod robot_model;

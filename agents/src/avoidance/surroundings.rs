@@ -1,7 +1,9 @@
 use std::sync::Arc;
 
+use nalgebra::Vector2;
 use orienteer_runtime::{
     geometry::{Pose, angle},
+    recall::Recall,
     robot_model::Ring,
     time::Time,
     topics::{Echo, Odometry, SonarScan},
@@ -95,21 +97,19 @@ impl Surroundings {
     }
 
     fn take(&mut self, scan: &SonarScan) {
-        // Transducers that fired together were at the same place.
-        let mut last: Option<(f64, Pose)> = None;
+        // Transducers that fired together were at the same place, and went the same way there.
+        let mut poses = Recall::<u64, Pose, 4>::default();
+        let mut courses = Recall::<(u64, u64), f64, 4>::default();
         for i in (0..self.ring.transducers.len()).filter(|i| scan.is_fresh(*i)) {
             let transducer = self.ring.transducers[i];
             let time = scan.stamp.as_secs_f64() - f64::from(scan.age(i));
-            let pose = match last {
-                Some((known, pose)) if known == time => pose,
-                _ => self.pose_at(time),
-            };
-            last = Some((time, pose));
+            let pose = poses.get(time.to_bits(), || self.pose_at(time));
             let axis = angle::wrap(pose.heading + transducer.mount.heading);
             let Some(range) = scan.echo(i).free_distance(self.ring.max_range as f32).map(f64::from) else { continue };
             let heard = scan.echo(i) != Echo::Nothing;
             let reading = Reading { time, range, heard, at: pose.point(), axis };
-            self.tracks[i].push(reading, transducer.half_beam + TILT);
+            let course = |by: Vector2<f64>| courses.get((by.x.to_bits(), by.y.to_bits()), || by.y.atan2(by.x));
+            self.tracks[i].push(reading, transducer.half_beam + TILT, course);
         }
     }
 

@@ -1,4 +1,4 @@
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use orienteer_runtime::geometry::angle;
 
 /// The recent readings of one transducer, freed of the robot's own motion.
@@ -98,11 +98,11 @@ impl Track {
         self.trend = self.fit();
     }
 
-    /// Takes a reading of a beam in which things may be up to `half` off the axis, rad.
-    pub fn push(&mut self, reading: Reading, half: f64) {
+    /// Takes a reading of a beam in which things may be up to `half` off the axis, rad. `course` gives the direction of a vector.
+    pub fn push(&mut self, reading: Reading, half: f64, course: impl FnOnce(Vector2<f64>) -> f64) {
         if let Some((last, axis)) = self.last.replace((reading.at, reading.axis)) {
             let by = reading.at - last;
-            let off = angle::turn(by.y.atan2(by.x), reading.axis).abs();
+            let off = angle::turn(course(by), reading.axis).abs();
             self.along += by.norm() * (off - half).max(0.0).cos();
             // A wall that answers at the rim of a beam gets nearer by r·tan i per radian when the beam turns toward its normal.
             self.along += RIM * self.range.unwrap_or(0.0) * angle::turn(axis, reading.axis).abs();

@@ -199,7 +199,9 @@ impl<'a> Search<'a> {
         for chunk in grid.lines_at.of(cells).chunks(CHUNK) {
             self.take_walls(chunk);
         }
-        for &i in grid.pillars_at.of(cells) {
+        // Few worlds have pillars, and their lists are as long as the world is large.
+        let pillars = if grid.pillars.is_empty() { &[] } else { grid.pillars_at.of(cells) };
+        for &i in pillars {
             let number = (grid.lines.len() + i as usize) as u32;
             if self.except != Some(Source::Pillar(i as usize)) && self.is_new(number) {
                 self.take_disc(&grid.pillars[i as usize], number).map_err(|Inside| Source::Pillar(i as usize))?;

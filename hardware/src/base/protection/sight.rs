@@ -12,6 +12,7 @@ use std::cell::RefCell;
 use nalgebra::{Point2, Rotation2, Vector2};
 use orienteer_runtime::{
     geometry::{Pose, angle},
+    recall::Recall,
     robot_model::{Ring, Transducer},
     time::Time,
     topics::{Echo, Odometry, SonarScan},
@@ -169,7 +170,7 @@ impl Sight {
     /// Takes in what is new in a scan.
     pub fn take(&mut self, scan: &SonarScan) {
         // Transducers that fired together were read at the same pose.
-        let mut last: Option<(Time, Pose)> = None;
+        let mut poses = Recall::<Time, Option<Pose>, 4>::default();
         for i in 0..self.transducers.len().min(scan.len()) {
             let age = f64::from(scan.age(i));
             let echo = scan.echo(i);
@@ -179,13 +180,8 @@ impl Sight {
             let taken = scan.stamp - std::time::Duration::from_secs_f64(age);
             let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
             if is_new {
-                let pose = match last {
-                    Some((time, pose)) if time == taken => pose,
-                    _ => self.pose_at(taken),
-                };
-                last = Some((taken, pose));
                 // Nobody knows where a reading was taken that is older than all poses.
-                let Some(pose) = pose else { continue };
+                let Some(pose) = poses.get(taken, || self.pose_at(taken)) else { continue };
                 let face = pose.then(self.transducers[i].mount);
                 self.renew(i, Reading { taken, face, echo, confirmed: false });
             }
