@@ -195,6 +195,20 @@ fn no_number_is_lost_to_nan_or_infinity() {
     assert_eq!(track.unrecorded(), 0);
 }
 
+#[test]
+fn a_muted_track_encodes_nothing() {
+    let mut track = Track::new(0, "r0", None);
+    track.begin(Time::from_nanos(5));
+    track.record(&Odometry::default());
+    assert!(!track.is_muted() && !track.entries().is_empty());
+    track.mute();
+    assert!(track.is_muted() && track.entries().is_empty());
+    track.begin(Time::from_nanos(10));
+    track.record(&Odometry::default());
+    track.log(tracing::Level::INFO, "base", "here I am");
+    assert!(track.entries().is_empty() && track.unrecorded() == 0);
+}
+
 /// Payloads that people bring themselves.
 mod own {
     pub mod old {

@@ -50,17 +50,28 @@ pub(super) struct Sector {
 }
 
 impl Sector {
-    /// A beam from this face, `half` rad to each side.
-    pub fn new(face: Pose, half: f64) -> Self {
+    /// A beam from this face; `slope` is the tangent of the angle to each side.
+    pub fn new(face: Pose, slope: f64) -> Self {
         let (sin, cos) = face.heading.sin_cos();
-        Self { origin: face.point(), cos, sin, slope: half.tan() }
+        Self { origin: face.point(), cos, sin, slope }
+    }
+
+    /// True if a place lies within the sector.
+    pub fn covers(&self, at: Point2<f64>) -> bool {
+        let (ahead, beside) = self.local(at);
+        // Without branches: most places lie outside, and there are many of them.
+        (ahead > 0.0) & (beside.abs() <= self.slope * ahead)
     }
 
     /// Distance of a place from the face, if it lies within the sector.
     pub fn distance(&self, at: Point2<f64>) -> Option<f64> {
+        let (ahead, beside) = self.local(at);
+        self.covers(at).then(|| ahead.hypot(beside))
+    }
+
+    fn local(&self, at: Point2<f64>) -> (f64, f64) {
         let (dx, dy) = (at.x - self.origin.x, at.y - self.origin.y);
-        let (ahead, beside) = (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx);
-        (ahead > 0.0 && beside.abs() <= self.slope * ahead).then(|| ahead.hypot(beside))
+        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
     }
 }
 
@@ -72,6 +83,9 @@ impl Memory {
     /// This beam has met something at `range` from its face, and nothing before that: what is nearer is not there, and what is
     /// there needs no memory. True if something that was remembered has been met again.
     pub fn look_again(&mut self, beam: &Sector, range: f64) -> bool {
+        if !self.spots.iter().fold(false, |any, spot| any | beam.covers(spot.at)) {
+            return false;
+        }
         let mut met = false;
         self.spots.retain(|spot| {
             let Some(beyond) = beam.distance(spot.at).map(|distance| distance - range) else { return true };
@@ -119,10 +133,10 @@ mod tests {
     fn a_place_is_forgotten_when_it_is_looked_at_or_old_or_far() {
         let mut memory = Memory::new();
         let place = Point2::new(0.5, 0.1);
-        let ahead = Sector::new(Pose::new(0.1, 0.0, 0.0), 0.3);
+        let ahead = Sector::new(Pose::new(0.1, 0.0, 0.0), 0.3f64.tan());
         let count = |memory: &Memory| memory.places().count();
         memory.remember(place, at(1));
-        assert!(!memory.look_again(&Sector::new(Pose::new(0.1, 0.0, 0.6), 0.3), 2.0));
+        assert!(!memory.look_again(&Sector::new(Pose::new(0.1, 0.0, 0.6), 0.3f64.tan()), 2.0));
         assert!(!memory.look_again(&ahead, 0.3));
         assert_eq!(count(&memory), 1, "one beam looks elsewhere, the other meets something before the place");
         assert!(memory.look_again(&ahead, 0.4) && count(&memory) == 0);

@@ -169,8 +169,9 @@ impl Sight {
 
     /// Takes in what is new in a scan.
     pub fn take(&mut self, scan: &SonarScan) {
-        // Transducers that fired together were read at the same pose.
-        let mut poses = Recall::<Time, Option<Pose>, 4>::default();
+        // Transducers that fired together were read at the same pose, and most rings have one kind of beam.
+        let mut poses = Recall::<Time, Option<(Pose, Rotation2<f64>)>, 4>::default();
+        let mut slopes = Recall::<u64, f64, 2>::default();
         for i in 0..self.transducers.len().min(scan.len()) {
             let age = f64::from(scan.age(i));
             let echo = scan.echo(i);
@@ -180,18 +181,22 @@ impl Sight {
             let taken = scan.stamp - std::time::Duration::from_secs_f64(age);
             let is_new = self.readings[i].is_none_or(|old| taken.secs_since(old.taken) > SAME_READING);
             if is_new {
+                let pose = || self.pose_at(taken).map(|pose| (pose, Rotation2::new(pose.heading)));
                 // Nobody knows where a reading was taken that is older than all poses.
-                let Some(pose) = poses.get(taken, || self.pose_at(taken)) else { continue };
-                let face = pose.then(self.transducers[i].mount);
-                self.renew(i, Reading { taken, face, echo, confirmed: false });
+                let Some((pose, turn)) = poses.get(taken, pose) else { continue };
+                let Transducer { mount, half_beam, .. } = self.transducers[i];
+                let at = pose.point() + turn * mount.point().coords;
+                let face = Pose::new(at.x, at.y, pose.heading + mount.heading);
+                let slope = slopes.get(half_beam.to_bits(), || half_beam.tan());
+                self.renew(i, Reading { taken, face, echo, confirmed: false }, slope);
             }
         }
     }
 
-    /// Takes a new reading in place of an old one.
-    fn renew(&mut self, i: usize, mut new: Reading) {
+    /// Takes a new reading in place of an old one, of a beam with this tangent of its half angle.
+    fn renew(&mut self, i: usize, mut new: Reading, slope: f64) {
         let half = self.transducers[i].half_beam;
-        let beam = Sector::new(new.face, half);
+        let beam = Sector::new(new.face, slope);
         new.confirmed = match new.echo {
             Echo::Range(range) => self.memory.look_again(&beam, f64::from(range)),
             Echo::Nothing => self.memory.look_again(&beam, f64::INFINITY),
@@ -215,10 +220,18 @@ impl Sight {
     fn remember(&mut self, old: &Reading, half: f64, beam: &Sector, face: Pose) {
         let Some((range, _)) = old.met(self.min_range).filter(|(range, _)| *range <= NEAR) else { return };
         let halves = (half / RAYS).ceil().max(1.0);
+        // Rays farther inside the old beam than this are in the new one too: seen from anywhere less than half the range away,
+        // what has moved aside by a share of the range has turned by no more than twice that share.
+        let share = old.face.distance(&face) / range;
+        let turned = angle::turn(old.face.heading, face.heading).abs();
+        let inside = if share < 0.5 { half - turned - 2.0 * share - 1e-6 } else { 0.0 };
         for n in 0..=2 * halves as usize {
             let off = half * (n as f64 / halves - 1.0);
+            if off.abs() < inside {
+                continue;
+            }
             let place = old.face.point() + Rotation2::new(old.face.heading + off) * Vector2::new(range, 0.0);
-            if beam.distance(place).is_none() {
+            if !beam.covers(place) {
                 self.memory.remember(place, old.taken);
                 // It may also be right beside the new beam. The gap there can be narrower than what the beam has moved by.
                 let rim = Rotation2::new(face.heading + (half + BESIDE).copysign(off));
