@@ -1,7 +1,17 @@
 //! A fleet of small robots with no hardware: stepping, arbitration between hosts, panics, determinism over threads.
 #![allow(clippy::unwrap_used)]
 
-use std::{ops::ControlFlow, sync::Arc, time::Duration};
+use std::{
+    fs::File,
+    io::{self, Read},
+    ops::ControlFlow,
+    sync::{
+        Arc,
+        mpsc::{RecvTimeoutError, Sender, channel},
+    },
+    thread,
+    time::Duration,
+};
 
 use iceoryx2::prelude::ZeroCopySend;
 use orienteer_runtime::{
@@ -16,7 +26,7 @@ use orienteer_runtime::{
     host::{Factory, NodePlan},
     link::{Backend, Bus, BusOptions},
     random::Streams,
-    recording::Track,
+    recording::{ChunkLimits, Mission, Recorder, Sink, Track},
     robot::RobotPlan,
     robot_model::{Platform, Ring},
     time::Time,
@@ -244,4 +254,57 @@ fn a_paused_fleet_stands_still_until_it_may_step_and_a_stopped_one_ends() {
     assert_eq!(report.ended, Ended::Stopped);
     // The first step is free, three were allowed, and one more completes after the stop.
     assert!((4..=5).contains(&report.steps), "{}", report.steps);
+}
+
+/// A base that tells when it is told to stop.
+struct Parting(Sender<()>);
+
+impl Behaviour for Parting {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, _out: &mut Outputs) {}
+
+    fn finish(&mut self, _now: Time, _last_words: &mut Finish) {
+        let _ = self.0.send(());
+    }
+}
+
+#[test]
+fn bases_stop_at_the_end_even_if_the_disk_hangs() {
+    // A pipe that nobody empties is a disk that hangs.
+    let directory = tempfile::tempdir().unwrap();
+    let pipe = directory.path().join("recording");
+    rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR).unwrap();
+    let (told, hears) = channel();
+    let disk = {
+        let pipe = pipe.clone();
+        thread::spawn(move || -> io::Result<(Result<(), RecvTimeoutError>, u64)> {
+            let mut file = File::open(pipe)?;
+            let stopped = hears.recv_timeout(Duration::from_secs(20));
+            Ok((stopped, io::copy(&mut file.by_ref(), &mut io::sink())?))
+        })
+    };
+    let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+    let mut robots: Vec<_> = (0..4).map(|number| robot(number, &bus, None)).collect();
+    let told = std::sync::Mutex::new(told);
+    robots[0].nodes[4].factory = Box::new(move |_| Ok(Box::new(Parting(told.lock().unwrap().clone()))));
+    let period = Duration::from_millis(50);
+    let mission = Mission { control_period: period, ..Mission::default() };
+    // The first chunk is longer than what a pipe holds, and closes shortly before the end.
+    let limits = ChunkLimits { chunk_seconds: 10.0, ..ChunkLimits::default() };
+    let plan = FleetPlan {
+        robots,
+        environment: Box::new(Still),
+        period,
+        duration: Some(Duration::from_secs(12)),
+        pace: Pace::AsFastAsPossible,
+        threads: 1,
+        recorder: Some(Recorder::start(Sink::File(pipe), &mission, limits).unwrap()),
+        control: FleetControl::default(),
+        observer: Box::new(|_| ControlFlow::Continue(())),
+    };
+    let report = fleet::run(plan).unwrap();
+    let (stopped, bytes) = disk.join().unwrap().unwrap();
+    assert!(bytes > 100_000, "{bytes} bytes would not have filled the pipe");
+    assert_eq!(stopped, Ok(()), "the base waited for the disk");
+    let written = report.recording.unwrap().unwrap();
+    assert_eq!(written.bytes, bytes);
 }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     clock::Clock,
-    recording::{RecordError, Recorder, RecordingSummary},
+    recording::Recorder,
     robot::{RobotPlan, RobotReport},
     time::Time,
 };
@@ -105,6 +105,7 @@ async fn stop_on_signal(control: FleetControl) {
     control.stop();
 }
 
+/// Collects the last words, with which the bases stop; only then the recording may keep anybody waiting.
 async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetError> {
     let mut robots: Vec<(usize, RobotReport)> = Vec::new();
     for crew in crews {
@@ -112,6 +113,10 @@ async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetErro
         robots.extend(reports.map_err(|_| FleetError::System("a crew died before its last words".to_string()))?);
     }
     robots.sort_by_key(|(index, _)| *index);
+    let recording = end.recorder.map(|mut recorder| {
+        end.parcels.into_iter().for_each(|mut parcel| recorder.append(&mut parcel.entries));
+        recorder.finish()
+    });
     Ok(FleetReport {
         robots: robots.into_iter().map(|(_, report)| report).collect(),
         time: end.time,
@@ -119,7 +124,7 @@ async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetErro
         missed: end.missed,
         elapsed: end.elapsed,
         ended: end.why,
-        recording: end.recording,
+        recording,
     })
 }
 
@@ -130,7 +135,9 @@ struct End {
     missed: u64,
     elapsed: Duration,
     why: Ended,
-    recording: Option<Result<RecordingSummary, RecordError>>,
+    /// What the robots recorded in the last step, in their order.
+    parcels: Vec<Parcel>,
+    recorder: Option<Recorder>,
 }
 
 struct Conductor {
@@ -176,7 +183,7 @@ impl Conductor {
     /// The barrier: all crews are through with the step.
     fn complete(&mut self, context: &mut Context<Self>) {
         let now = self.now;
-        self.record();
+        self.parcels.sort_by_key(|parcel| parcel.robot);
         let watched = self.observer.after_step(now);
         let why = if self.done == self.fleet_size {
             Some(Ended::AllDone)
@@ -189,13 +196,15 @@ impl Conductor {
         };
         match why {
             Some(why) => self.end(now, why),
-            None => self.wait_for_next(context),
+            None => {
+                self.record();
+                self.wait_for_next(context);
+            }
         }
     }
 
     /// Hands what the robots recorded to the recorder, in their order, and the buffers back to their crews.
     fn record(&mut self) {
-        self.parcels.sort_by_key(|parcel| parcel.robot);
         for mut parcel in self.parcels.drain(..) {
             if let Some(recorder) = &mut self.recorder {
                 recorder.append(&mut parcel.entries);
@@ -226,14 +235,14 @@ impl Conductor {
     }
 
     fn end(&mut self, time: Time, why: Ended) {
-        let recording = self.recorder.take().map(Recorder::finish);
         let end = End {
             time,
             steps: self.clock.tick() + 1,
             missed: self.clock.missed(),
             elapsed: self.clock.elapsed(),
             why,
-            recording,
+            parcels: std::mem::take(&mut self.parcels),
+            recorder: self.recorder.take(),
         };
         if let Some(ended) = self.ended.take() {
             // Nobody waits only if the whole system is going down.
