@@ -26,6 +26,9 @@
 //! at nothing else: how many claims came before, or were lost, makes no difference. Silence is release, because a claim lapses.
 //! The answers are states too: the decision is published in every step, and a client that goes on naming a transaction
 //! that is over is told so again.
+//!
+//! An arbiter believes what it is told; [`Arbitration`] does not. A claim holds for [`lease`] at most, and was made no later than now,
+//! whatever it says: one that a client could make last would outlive the client.
 
 pub mod base;
 pub mod client;
@@ -37,6 +40,14 @@ pub mod oracle;
 pub mod sonar;
 mod standing;
 
+use std::time::Duration;
+
 pub use clients::{Client, Clients};
 pub use node::Arbitration;
 pub use standing::{Standing, rank, rule};
+
+/// How long a claim holds unless renewed: two control periods and a bit, so that one late step does not stop the robot.
+#[must_use]
+pub fn lease(period: Duration) -> Duration {
+    period.mul_f64(2.5)
+}

@@ -174,7 +174,7 @@ fn robot(number: usize, bus: &Bus, panic_at: Option<u64>) -> RobotPlan {
             false,
             Box::new(|robot| {
                 let sonar = SonarArbiter::new(&robot.clients, &robot.ring, SafetyFloor::none());
-                Ok(Box::new(Arbitration::new(&robot.clients, sonar)))
+                Ok(Box::new(Arbitration::new(&robot.clients, sonar, robot.period)))
             }),
         ),
         node(&context, 4, Phase::Act, decisions, false, Box::new(|_| Ok(Box::new(Wheels::default())))),

@@ -360,7 +360,7 @@ impl RobotBuilder<'_> {
             deadline: self.period,
             factory: Box::new(|robot| {
                 let sonar = SonarArbiter::new(&robot.clients, &robot.ring, safety_floor(&robot.ring));
-                Ok(Box::new(Arbitration::new(&robot.clients, sonar)))
+                Ok(Box::new(Arbitration::new(&robot.clients, sonar, robot.period)))
             }),
         }
     }

@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use crate::{
     agent::{Outputs, RobotContext},
+    arbitration,
     link::{LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
     topics::{BaseClaim, BaseDecision, BaseNotice, MotionReport, SonarClaim, SonarDecision},
@@ -15,7 +16,6 @@ pub(super) struct ClaimPorts {
     claims: Publisher<BaseClaim>,
     sonar_decisions: Subscriber<SonarDecision>,
     sonar_claims: Publisher<SonarClaim>,
-    /// How long a claim holds unless renewed: two periods and a bit, so that one late step does not stop the robot.
     lease: Duration,
     heard: Vec<BaseNotice>,
     /// True if the last claims said anything; silence need not be repeated.
@@ -32,7 +32,7 @@ impl ClaimPorts {
             claims: bus.publisher()?,
             sonar_decisions: bus.subscriber()?,
             sonar_claims: bus.publisher()?,
-            lease: context.period.mul_f64(2.5),
+            lease: arbitration::lease(context.period),
             heard: Vec::with_capacity(16),
             spoke: false,
             spoke_of_sonar: false,
