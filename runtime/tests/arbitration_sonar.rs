@@ -249,6 +249,28 @@ fn impossible_floors_are_refused() {
 }
 
 #[test]
+fn a_floor_under_all_is_kept_by_a_ring_whose_own_program_leaves_transducers_out() {
+    // Each of the 14 others needs a slot of its own: 16 slots of 50 ms do not fit into half a second.
+    let ring = ring(16, 0.05, program(&[1, 2], 0.0));
+    let mut floor = SafetyFloor::under_all(&ring, 0.5).unwrap();
+    assert_eq!((floor.transducers(), floor.period()), (0xffff, 1.6));
+    let (merged, added) = floor.merge(&ring.program);
+    assert_eq!(added, 0xfffc);
+    assert!(simulate(&merged, ring.slot_time)[..16].iter().all(|gap| *gap <= 1.6 + 1e-6));
+    assert_eq!(SafetyFloor::under_all(&round_robin(), 1.0).unwrap().period(), 1.0, "a fast ring does as it is asked");
+}
+
+#[test]
+fn a_floor_under_all_refuses_rings_without_a_slot_time() {
+    for slot_time in [0.0, -0.05, f64::NAN, f64::INFINITY] {
+        let ring = ring(4, slot_time, program(&[1, 2, 4, 8], 0.0));
+        assert!(matches!(SafetyFloor::under_all(&ring, 0.5), Err(FloorError::BadSlotTime(_))), "{slot_time}");
+    }
+    let none = ring(0, 0.0, program(&[], 0.0));
+    assert_eq!(SafetyFloor::under_all(&none, 0.5).unwrap().transducers(), 0);
+}
+
+#[test]
 fn programs_are_made_valid() {
     let clients: Clients = [("a", 1)].into_iter().collect();
     let small = ring(4, 0.025, program(&[0b1111], 0.0));

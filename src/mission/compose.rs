@@ -191,6 +191,9 @@ const BASE: u16 = 0;
 const SONAR: u16 = 1;
 const FIRST_AGENT: u16 = 2;
 
+/// Avoidance must hear every transducer as often as this, s, or as often as a slow ring can.
+const EVERY_TRANSDUCER: f64 = 0.5;
+
 impl RobotBuilder<'_> {
     fn build(&self, sources: &mut Sources) -> Result<RobotPlan, RunError> {
         let (base, sonar) = self.open_devices(sources)?;
@@ -203,7 +206,7 @@ impl RobotBuilder<'_> {
             let client = ClientId(FIRST_AGENT + i as u16);
             nodes.push(self.agent_node(&context, client, agent, sources)?);
         }
-        nodes.push(self.arbitration_node(&context, nodes.len() as u16));
+        nodes.push(self.arbitration_node(&context, nodes.len() as u16, sources)?);
         let name: Arc<str> = Arc::from(self.config.name.as_str());
         let track = Track::new(self.number, &name, (!ring.transducers.is_empty()).then_some(&ring));
         Ok(RobotPlan { bus: self.bus.robot(&name)?, track, nodes, name })
@@ -351,26 +354,24 @@ impl RobotBuilder<'_> {
         })
     }
 
-    fn arbitration_node(&self, context: &RobotContext, client: u16) -> NodePlan {
-        NodePlan {
+    fn arbitration_node(&self, context: &RobotContext, client: u16, sources: &Sources) -> Result<NodePlan, Problems> {
+        let floor = SafetyFloor::under_all(&context.ring, EVERY_TRANSDUCER).map_err(|error| {
+            let at = self.config.sonar.as_ref().map_or(&self.config.span, |sonar| &sonar.span);
+            let message = format!("the sonar can't keep the robot safe: {error}");
+            Problem::new(sources, at, message, "its driver gives the ring; correct it, or choose another")
+        })?;
+        Ok(NodePlan {
             context: self.of_node(context, client),
             phases: vec![Phase::Arbitrate],
             wiring: Arbitration::wiring(),
             claims: false,
             deadline: self.period,
-            factory: Box::new(|robot| {
-                let sonar = SonarArbiter::new(&robot.clients, &robot.ring, safety_floor(&robot.ring));
+            factory: Box::new(move |robot| {
+                let sonar = SonarArbiter::new(&robot.clients, &robot.ring, floor.clone());
                 Ok(Box::new(Arbitration::new(&robot.clients, sonar, robot.period)))
             }),
-        }
+        })
     }
-}
-
-/// Avoidance must hear every transducer twice a second, or as often as a slow ring can without giving all its time to it.
-fn safety_floor(ring: &Ring) -> SafetyFloor {
-    let all = ring.transducers.iter().enumerate().fold(0, |mask, (i, _)| mask | 1 << i);
-    let slow = 2.0 * ring.program.slots.len().max(1) as f64 * ring.slot_time;
-    SafetyFloor::new(ring, all, slow.max(0.5)).unwrap_or_else(|_| SafetyFloor::none())
 }
 
 /// A device can be opened only once: after a panic it can't be built anew, and its base stands.

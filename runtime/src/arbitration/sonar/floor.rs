@@ -121,6 +121,17 @@ impl SafetyFloor {
         Ok(Self { slots, transducers, period, slot_time: ring.slot_time, budget, work: Vec::with_capacity(MAX_WORK) })
     }
 
+    /// A floor under all transducers of a ring: each is fired at least every `period` seconds. A ring that needs more than
+    /// half of that for them alone fires them as often as it can with half its time.
+    ///
+    /// # Errors
+    /// If the period or the ring's slot time is not a positive number.
+    pub fn under_all(ring: &Ring, period: f64) -> Result<Self, FloorError> {
+        let all = members(ring);
+        let own = group(all, &ring.program).len() as f64 * ring.slot_time;
+        Self::new(ring, all, if own.is_finite() { period.max(2.0 * own) } else { period })
+    }
+
     /// The transducers concerned, as a bit mask.
     #[must_use]
     pub fn transducers(&self) -> u32 {
