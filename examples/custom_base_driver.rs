@@ -8,7 +8,8 @@
 //! writes a frame to a serial line in `command` and takes apart what has arrived in `poll`. From then on a configuration names it
 //! (`base = { driver = "toy" }`), its keys are checked like all others, and everything above it is the same as for
 //! the simulated bases: arbitration, limits, protection, recording. At wall time (`clock = "wall"`) the framework moves it to a
-//! thread of its own with a dead-man's handle.
+//! thread of its own with a dead-man's handle. A driver for real wheels insists on that with `const REAL_TIME: bool = true;`: without it
+//! a mission in simulated time would rush through as fast as the machine can.
 //!
 //! The robot has no sonar: it has no `sonar` key, and its base says that it may drive without one.
 
@@ -89,6 +90,8 @@ struct Toy;
 impl BaseKind for Toy {
     const NAME: &'static str = "toy";
     const HELP: &'static str = "a point with wheels, in memory";
+    // It is told the time and has no clock of its own, so any will do.
+    const REAL_TIME: bool = false;
     type Config = ToyConfig;
 
     /// A real driver opens its port here, and says with [`Site::problem`] why it can't.

@@ -187,7 +187,10 @@ pub enum RunError {
 ///
 /// # Errors
 /// If it can't be begun; then nothing has moved. What goes wrong later is in the [`Outcome`].
-pub fn run(loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<Outcome, RunError> {
+pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<Outcome, RunError> {
+    let pace = options.pace.unwrap_or(pace(&loaded.mission.settings));
+    // Whether bases are guarded, and which drivers are refused, depends on how time passes in truth.
+    loaded.mission.settings.clock = if pace == Pace::Wall { ClockKind::Wall } else { ClockKind::Lockstep };
     let seed = options.seed.unwrap_or(loaded.mission.settings.seed);
     let composed = compose(loaded, registry, seed)?;
     if let Some(out) = &options.out {
@@ -207,7 +210,7 @@ pub fn run(loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<O
         robots: composed.robots,
         period: composed.period,
         duration: Some(duration),
-        pace: options.pace.unwrap_or(pace(&settings)),
+        pace,
         threads,
         recorder,
         control: options.control,

@@ -1,19 +1,25 @@
 //! Drivers of one's own: what they are refused for, and what becomes of them.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+use std::thread;
+
 use orienteer::{
     Registry,
     hardware::{
-        driver::{DriverError, SonarDriver},
-        drivers::{SonarKind, Site},
+        base::{executor::ExecutorConfig, protection::ProtectionConfig},
+        driver::{BaseDriver, DriverError, SonarDriver},
+        drivers::{BaseKind, OpenBase, Site, SonarKind},
     },
-    mission::{self, RunError},
+    mission::{self, Outcome, RunError, RunOptions},
     runtime::{
+        agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
         agents::NoConfig,
+        clock::Pace,
         config::{Problem, Problems},
-        robot_model::{Ring, Transducer},
+        geometry::{Limits, Twist},
+        robot_model::{Platform, Ring, Transducer},
         time::Time,
-        topics::{FiringProgram, SonarScan},
+        topics::{FiringProgram, Odometry, SonarScan},
     },
 };
 
@@ -83,5 +89,138 @@ fn a_ring_that_can_keep_no_safety_floor_is_refused_where_it_is_named() {
         }
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("a robot without a safety floor"),
+    }
+}
+
+/// A base that shows on which thread it is driven.
+struct Wheels {
+    platform: Platform,
+    /// Panics at this time.
+    fails_at: Option<Time>,
+}
+
+impl BaseDriver for Wheels {
+    fn platform(&self) -> &Platform {
+        &self.platform
+    }
+
+    fn command(&mut self, _now: Time, _twist: Twist) -> Result<(), DriverError> {
+        Ok(())
+    }
+
+    fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        assert!(self.fails_at.is_none_or(|fails_at| now < fails_at), "as planned");
+        // The distance is made to tell whether it is read by its guard.
+        let guarded = thread::current().name().is_some_and(|name| name.starts_with("base of"));
+        Ok(Odometry { stamp: now, travelled: f64::from(u8::from(guarded)), ..Odometry::default() })
+    }
+
+    fn stop(&mut self) {}
+}
+
+fn wheels(fails_at: Option<Time>) -> OpenBase {
+    let platform = Platform {
+        name: "wheels".to_owned(),
+        radius: 0.1,
+        limits: Limits { linear: 0.5, angular: 1.0 },
+        acceleration: 1.0,
+        angular_acceleration: 1.0,
+        turning_radius: 0.0,
+    };
+    OpenBase {
+        driver: Box::new(Wheels { platform, fails_at }),
+        motion: ExecutorConfig::default(),
+        protection: ProtectionConfig { sonar_required: false, ..ProtectionConfig::default() },
+        start: Default::default(),
+    }
+}
+
+struct Real;
+
+impl BaseKind for Real {
+    const NAME: &'static str = "real";
+    const HELP: &'static str = "knows only real time";
+    const REAL_TIME: bool = true;
+    type Config = NoConfig;
+
+    fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        Ok(wheels(None))
+    }
+}
+
+/// Says whether the base is guarded.
+struct Asks(f64);
+
+impl Behaviour for Asks {
+    fn step(&mut self, _now: Time, inputs: &Inputs, _out: &mut Outputs) {
+        self.0 = inputs.latest::<Odometry>().map_or(self.0, |odometry| odometry.travelled);
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        last_words.fact("guarded", self.0);
+    }
+}
+
+impl Agent for Asks {
+    const KIND: &'static str = "asks";
+    const HELP: &'static str = "asks whether the base is guarded";
+    type Config = NoConfig;
+
+    fn topics(wiring: &mut Wiring) {
+        wiring.reads::<Odometry>();
+    }
+
+    fn build(_config: NoConfig, _robot: &RobotContext) -> Result<Self, BuildError> {
+        Ok(Self(0.0))
+    }
+}
+
+fn drive(mission: &str, pace: Option<Pace>) -> Result<Outcome, RunError> {
+    let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_agent::<Asks>();
+    mission::run(loaded(mission, &registry), &registry, RunOptions { pace, ..RunOptions::default() })
+}
+
+fn mission_with(driver: &str, clock: &str) -> String {
+    format!(
+        "[mission]\nlinks = \"direct\"\nduration = 0.4\nclock = \"{clock}\"\n\n[[robot]]\nname = \"huey\"\nbase = {{ driver = \"{driver}\" }}\n\n[robot.agent.asks]\n"
+    )
+}
+
+#[test]
+fn a_real_base_is_refused_in_simulated_time_whoever_asks_for_it() {
+    let of_file = drive(&mission_with("real", "lockstep"), None);
+    let of_options = drive(&mission_with("real", "wall"), Some(Pace::Factor(1.0)));
+    for refused in [of_file, of_options] {
+        let Err(RunError::Config(problems)) = refused else { panic!("{refused:?}") };
+        let problem = &problems.list()[0];
+        assert_eq!(told(problem).0, 8);
+        assert!(problem.hint().contains("clock = \"wall\""), "{}", problem.hint());
+    }
+}
+
+#[test]
+fn a_base_is_guarded_whenever_time_is_real() {
+    for (clock, pace, guarded) in [
+        ("wall", None, 1.0),
+        ("lockstep", Some(Pace::Wall), 1.0),
+        ("lockstep", None, 0.0),
+        ("wall", Some(Pace::AsFastAsPossible), 0.0),
+    ] {
+        let driver = if guarded == 1.0 { "real" } else { "frail" };
+        let outcome = drive(&mission_with(driver, clock), pace).unwrap();
+        assert_eq!(outcome.robots[0].fact("guarded"), Some(guarded), "{clock} {pace:?}");
+    }
+}
+
+/// A base whose driver panics after a second.
+struct Frail;
+
+impl BaseKind for Frail {
+    const NAME: &'static str = "frail";
+    const HELP: &'static str = "panics after a second";
+    type Config = NoConfig;
+
+    fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        Ok(wheels(Some(Time::from_secs_f64(1.0))))
     }
 }

@@ -73,6 +73,9 @@ pub trait BaseKind {
     const HELP: &'static str;
     /// True if it needs a simulated world.
     const NEEDS_WORLD: bool = false;
+    /// True if it drives a device that knows only real time. A mission on any other clock is refused: it would rush through, and
+    /// no guard would stop the base when commands stop coming.
+    const REAL_TIME: bool = false;
     /// Its keys, beside `driver`.
     type Config: DeserializeOwned + JsonSchema;
 
@@ -91,6 +94,8 @@ pub trait SonarKind {
     const HELP: &'static str;
     /// True if it needs a simulated world.
     const NEEDS_WORLD: bool = false;
+    /// True if it fires a device that knows only real time. A mission on any other clock is refused.
+    const REAL_TIME: bool = false;
     /// Its keys, beside `driver`.
     type Config: DeserializeOwned + JsonSchema;
 
@@ -109,6 +114,8 @@ pub struct Kind<T> {
     pub name: &'static str,
     /// What the configuration has to know.
     pub info: DriverInfo,
+    /// True if it needs `clock = "wall"`.
+    pub real_time: bool,
     open: Open<T>,
 }
 
@@ -142,14 +149,16 @@ impl Drivers {
     /// Adds a base driver. One of the same name is replaced.
     pub fn add_base<K: BaseKind>(&mut self) -> &mut Self {
         let open: Open<OpenBase> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
-        put(&mut self.bases, Kind { name: K::NAME, info: info::<K::Config>(K::HELP, K::NEEDS_WORLD, BASE_TOPICS), open });
+        let info = info::<K::Config>(K::HELP, K::NEEDS_WORLD, BASE_TOPICS);
+        put(&mut self.bases, Kind { name: K::NAME, info, real_time: K::REAL_TIME, open });
         self
     }
 
     /// Adds a sonar driver. One of the same name is replaced.
     pub fn add_sonar<K: SonarKind>(&mut self) -> &mut Self {
         let open: Open<Box<dyn SonarDriver>> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
-        put(&mut self.sonars, Kind { name: K::NAME, info: info::<K::Config>(K::HELP, K::NEEDS_WORLD, SONAR_TOPICS), open });
+        let info = info::<K::Config>(K::HELP, K::NEEDS_WORLD, SONAR_TOPICS);
+        put(&mut self.sonars, Kind { name: K::NAME, info, real_time: K::REAL_TIME, open });
         self
     }
 

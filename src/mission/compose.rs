@@ -228,12 +228,14 @@ impl RobotBuilder<'_> {
         let unknown =
             |site: &Site<'_>, name: &str| site.problem(format!("there is no driver `{name}`"), "see `orienteer list drivers`");
         let base = match drivers.base(&self.config.base.name) {
+            Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
             Some(kind) => kind.open(&self.config.base.section, &mut site)?,
             None => return Err(unknown(&site, &self.config.base.name)),
         };
         let Some(sonar) = &self.config.sonar else { return Ok((base, None)) };
         site.span = sonar.span.clone();
         let sonar = match drivers.sonar(&sonar.name) {
+            Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
             Some(kind) => kind.open(&sonar.section, &mut site)?,
             None => return Err(unknown(&site, &sonar.name)),
         };
@@ -372,6 +374,11 @@ impl RobotBuilder<'_> {
             }),
         })
     }
+}
+
+fn needs_wall_clock(site: &Site<'_>, driver: &str) -> Problems {
+    let message = format!("the driver `{driver}` is for a real device, but the mission does not run on real time");
+    site.problem(message, "set `clock = \"wall\"` in `[mission]`, and give no `speed`")
 }
 
 /// A device can be opened only once: after a panic it can't be built anew, and its base stands.
