@@ -9,10 +9,12 @@
 mod conductor;
 mod control;
 mod crew;
+mod pulse;
 
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
+pub(crate) use pulse::{Died, Pulse};
 
 use crate::{
     clock::Pace,
@@ -106,6 +108,12 @@ pub enum FleetError {
     /// A robot can't.
     #[error(transparent)]
     Host(#[from] HostError),
+    /// A part of it died of a panic that nobody could catch.
+    #[error("{who} panicked outside of its behaviour; the mission can't go on")]
+    Died {
+        /// Which part.
+        who: String,
+    },
     /// The actor system or a thread can't be started, or died.
     #[error("the actor system failed: {0}")]
     System(String),
@@ -114,7 +122,8 @@ pub enum FleetError {
 /// Runs a fleet to the end of its mission, on the calling thread and `plan.threads - 1` others.
 ///
 /// # Errors
-/// If a robot can't be brought to life; then none moves.
+/// If a robot can't be brought to life; then none moves. If a part of the fleet dies that can't do without; then the bases of
+/// the others stop.
 pub fn run(plan: FleetPlan) -> Result<FleetReport, FleetError> {
     let outcome: Rc<RefCell<Option<Result<FleetReport, FleetError>>>> = Rc::default();
     let system = actix::System::new();

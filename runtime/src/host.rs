@@ -19,6 +19,7 @@ use actix::{Actor, Addr, Context, Handler, Message};
 use crate::{
     agent::{Behaviour, BuildError, Finish, Inputs, Level, LogLine, Outputs, Phase, RobotContext, Wiring},
     clock::Stopwatch,
+    fleet::Pulse,
     link::{LinkError, RobotBus},
     recording::Track,
     robot::Robot,
@@ -98,6 +99,7 @@ pub(crate) struct Host {
     track: Rc<RefCell<Track>>,
     robot: Addr<Robot>,
     report: NodeReport,
+    _pulse: Pulse,
 }
 
 /// A node can't be brought to life.
@@ -125,6 +127,7 @@ impl Host {
         stopwatch: Stopwatch,
         track: Rc<RefCell<Track>>,
         robot: Addr<Robot>,
+        pulse: Pulse,
     ) -> Result<Self, HostError> {
         let behaviour = (plan.factory)(&plan.context).map_err(|source| HostError::Build {
             robot: plan.context.robot.to_string(),
@@ -145,6 +148,7 @@ impl Host {
             stopwatch,
             track,
             robot,
+            _pulse: pulse,
         })
     }
 
@@ -182,7 +186,7 @@ impl Host {
     }
 
     fn bury(&mut self, now: Time, why: &str) {
-        self.behaviour = None;
+        self.drop_behaviour();
         self.report.panics += 1;
         self.outputs.discard();
         let pause = self.restart.after_panic(now);
@@ -190,6 +194,14 @@ impl Host {
             Level::ERROR,
             format!("panicked: {why}; its claims are closed, it starts again in {:.1} s", pause.as_secs_f64()),
         );
+    }
+
+    /// A behaviour can panic once more when it is dropped, such as one that panicked half-way through a change.
+    fn drop_behaviour(&mut self) {
+        let behaviour = self.behaviour.take();
+        if catch_unwind(AssertUnwindSafe(|| drop(behaviour))).is_err() {
+            tracing::error!(target: "orienteer", "{}/{} panicked when it was dropped", self.context.robot, self.context.node);
+        }
     }
 
     fn revive(&mut self, now: Time) {
@@ -224,6 +236,12 @@ impl Host {
         for grid in self.outputs.grids_mut().drain(..) {
             track.record_grid("map", &grid);
         }
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.drop_behaviour();
     }
 }
 

@@ -11,6 +11,7 @@ use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, Res
 use crate::{
     agent::{Phase, Tap, Wiring},
     clock::Stopwatch,
+    fleet::Pulse,
     host::{Host, HostError, LastWords, NodePlan, NodeReport, Step, Stepped},
     link::{LinkError, RobotBus, RobotTicket},
     recording::Track,
@@ -88,6 +89,7 @@ pub(crate) struct Robot {
     next: usize,
     now: Time,
     done: bool,
+    pulse: Pulse,
 }
 
 impl Robot {
@@ -96,6 +98,7 @@ impl Robot {
         plan: RobotPlan,
         stopwatch: Stopwatch,
         crew: Recipient<RobotStepped>,
+        pulse: Pulse,
     ) -> Result<(Addr<Robot>, Rc<RefCell<Track>>), HostError> {
         let track = Rc::new(RefCell::new(plan.track));
         let bus = plan.bus.open();
@@ -114,6 +117,7 @@ impl Robot {
                 next: 0,
                 now: Time::START,
                 done: false,
+                pulse,
             };
             if let Err(error) = robot.hire(plan.nodes, &bus, stopwatch, &track, &address) {
                 failed = Some(error);
@@ -137,7 +141,8 @@ impl Robot {
         let mut phases = Vec::new();
         for plan in nodes {
             phases.push(plan.phases.clone());
-            self.nodes.push(Host::new(plan, bus, stopwatch, track.clone(), address.clone())?.start());
+            let pulse = self.pulse.of(format!("`{}` on robot `{}`", plan.context.node, self.name));
+            self.nodes.push(Host::new(plan, bus, stopwatch, track.clone(), address.clone(), pulse)?.start());
         }
         for phase in [Phase::Sense, Phase::Estimate, Phase::Behave, Phase::Arbitrate, Phase::Act] {
             for (node, _) in self.nodes.iter().zip(&phases).filter(|(_, phases)| phases.contains(&phase)) {

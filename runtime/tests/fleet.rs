@@ -1,12 +1,12 @@
 //! A fleet of small robots with no hardware: stepping, arbitration between hosts, panics, determinism over threads.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
     fs::File,
     io::{self, Read},
     ops::ControlFlow,
     sync::{
-        Arc,
+        Arc, Mutex,
         mpsc::{RecvTimeoutError, Sender, channel},
     },
     thread,
@@ -33,13 +33,22 @@ use orienteer_runtime::{
     topics::{BaseDecision, ClientId, FiringProgram, MotionKind, Payload},
 };
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
 #[type_name("test::Count.v1")]
 struct Count {
+    #[serde(serialize_with = "fragile")]
     value: u64,
+}
+
+/// A count that can't be recorded.
+const UNSPEAKABLE: u64 = u64::MAX;
+
+fn fragile<S: Serializer>(value: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+    assert!(*value != UNSPEAKABLE, "as planned");
+    serializer.serialize_u64(*value)
 }
 
 impl Payload for Count {
@@ -182,10 +191,9 @@ fn robot(number: usize, bus: &Bus, panic_at: Option<u64>) -> RobotPlan {
     RobotPlan { nodes, bus: bus.robot(&name).unwrap(), track: Track::new(number, &name, None), name }
 }
 
-fn fly(backend: Backend, threads: usize, robots: usize, panic_at: Option<u64>) -> FleetReport {
-    let bus = Bus::open(backend, &BusOptions::default()).unwrap();
-    let plan = FleetPlan {
-        robots: (0..robots).map(|number| robot(number, &bus, panic_at)).collect(),
+fn plan(robots: Vec<RobotPlan>, threads: usize) -> FleetPlan {
+    FleetPlan {
+        robots,
         environment: Box::new(Still),
         period: Duration::from_millis(50),
         duration: Some(Duration::from_secs(5)),
@@ -194,8 +202,13 @@ fn fly(backend: Backend, threads: usize, robots: usize, panic_at: Option<u64>) -
         recorder: None,
         control: FleetControl::default(),
         observer: Box::new(|_| ControlFlow::Continue(())),
-    };
-    fleet::run(plan).unwrap()
+    }
+}
+
+fn fly(backend: Backend, threads: usize, robots: usize, panic_at: Option<u64>) -> FleetReport {
+    let bus = Bus::open(backend, &BusOptions::default()).unwrap();
+    let robots = (0..robots).map(|number| robot(number, &bus, panic_at)).collect();
+    fleet::run(plan(robots, threads)).unwrap()
 }
 
 #[test]
@@ -267,6 +280,11 @@ impl Behaviour for Parting {
     }
 }
 
+fn parting(told: Sender<()>) -> Factory {
+    let told = Mutex::new(told);
+    Box::new(move |_| Ok(Box::new(Parting(told.lock().unwrap().clone()))))
+}
+
 #[test]
 fn bases_stop_at_the_end_even_if_the_disk_hangs() {
     // A pipe that nobody empties is a disk that hangs.
@@ -284,8 +302,7 @@ fn bases_stop_at_the_end_even_if_the_disk_hangs() {
     };
     let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
     let mut robots: Vec<_> = (0..4).map(|number| robot(number, &bus, None)).collect();
-    let told = std::sync::Mutex::new(told);
-    robots[0].nodes[4].factory = Box::new(move |_| Ok(Box::new(Parting(told.lock().unwrap().clone()))));
+    robots[0].nodes[4].factory = parting(told);
     let period = Duration::from_millis(50);
     let mission = Mission { control_period: period, ..Mission::default() };
     // The first chunk is longer than what a pipe holds, and closes shortly before the end.
@@ -307,4 +324,70 @@ fn bases_stop_at_the_end_even_if_the_disk_hangs() {
     assert_eq!(stopped, Ok(()), "the base waited for the disk");
     let written = report.recording.unwrap().unwrap();
     assert_eq!(written.bytes, bytes);
+}
+
+/// Panics in its tenth step, and once more when it is dropped.
+#[derive(Default)]
+struct Twice(u64);
+
+impl Behaviour for Twice {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, _out: &mut Outputs) {
+        self.0 += 1;
+        assert!(self.0 != 10, "as planned");
+    }
+}
+
+impl Drop for Twice {
+    fn drop(&mut self) {
+        assert!(self.0 != 10, "as planned, too");
+    }
+}
+
+#[test]
+fn a_behaviour_that_panics_when_it_is_dropped_costs_the_others_nothing() {
+    std::panic::set_hook(Box::new(|_| {}));
+    let (told, result) = channel();
+    thread::spawn(move || {
+        let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+        let mut robots = vec![robot(0, &bus, None)];
+        robots[0].nodes[2].factory = Box::new(|_| Ok(Box::new(Twice::default())));
+        told.send(fleet::run(plan(robots, 1)))
+    });
+    let report = result.recv_timeout(Duration::from_secs(20)).expect("the fleet does not wait for ever").unwrap();
+    assert_eq!((report.ended, report.robots[0].fact("forward")), (Ended::Complete, Some(101.0)));
+    // It comes back after half a second, then after one and two more, and again dies in its tenth step.
+    assert_eq!(report.robots[0].nodes[2].panics, 3);
+}
+
+/// Publishes what can't be recorded.
+#[derive(Default)]
+struct Unspeakable(u64);
+
+impl Behaviour for Unspeakable {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, out: &mut Outputs) {
+        self.0 += 1;
+        if self.0 == 10 {
+            out.publish(Count { value: UNSPEAKABLE });
+        }
+    }
+}
+
+#[test]
+fn a_robot_that_dies_ends_the_mission_with_an_error() {
+    std::panic::set_hook(Box::new(|_| {}));
+    for threads in [1, 2] {
+        let (told, result) = channel();
+        let (stopped, stops) = channel();
+        thread::spawn(move || {
+            let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+            let mut robots: Vec<_> = (0..2).map(|number| robot(number, &bus, None)).collect();
+            robots[1].nodes[0].factory = Box::new(|_| Ok(Box::new(Unspeakable::default())));
+            robots[0].nodes[4].factory = parting(stopped);
+            told.send(fleet::run(plan(robots, threads)))
+        });
+        let result = result.recv_timeout(Duration::from_secs(20)).expect("the fleet does not wait for ever");
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("robot `robot-1` panicked"), "{error}");
+        assert_eq!(stops.try_recv(), Ok(()), "the others are told to stop");
+    }
 }

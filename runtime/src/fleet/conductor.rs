@@ -4,7 +4,7 @@ use actix::{Actor, Addr, Arbiter, AsyncContext, Context, Handler, Message};
 use tokio::sync::oneshot;
 
 use super::{
-    Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer,
+    Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse,
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
 };
 use crate::{
@@ -52,15 +52,16 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
     // The first share stays on this thread, the others get an arbiter each.
     for (index, share) in shares.drain(..).enumerate() {
         let to = conductor.clone().recipient();
+        let pulse = Pulse::new(format!("thread {}", index + 1), conductor.clone().recipient());
         if index == 0 {
-            crews.push(Crew::start(index, share, stopwatch, to)?);
+            crews.push(Crew::start(index, share, stopwatch, to, pulse)?);
             continue;
         }
         let arbiter = Arbiter::new();
         let (sent, started) = oneshot::channel();
         arbiter.spawn_fn(move || {
             // If nobody waits for the answer any more, the fleet has failed to start elsewhere.
-            let _ = sent.send(Crew::start(index, share, stopwatch, to));
+            let _ = sent.send(Crew::start(index, share, stopwatch, to, pulse));
         });
         arbiters.push(arbiter);
         crews.push(started.await.map_err(|_| FleetError::System("a thread died while robots came to life".to_string()))??);
@@ -117,6 +118,9 @@ async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetErro
         end.parcels.into_iter().for_each(|mut parcel| recorder.append(&mut parcel.entries));
         recorder.finish()
     });
+    if let Some(who) = end.died {
+        return Err(FleetError::Died { who });
+    }
     Ok(FleetReport {
         robots: robots.into_iter().map(|(_, report)| report).collect(),
         time: end.time,
@@ -138,6 +142,8 @@ struct End {
     /// What the robots recorded in the last step, in their order.
     parcels: Vec<Parcel>,
     recorder: Option<Recorder>,
+    /// Who died, so that it could not go on.
+    died: Option<String>,
 }
 
 struct Conductor {
@@ -195,7 +201,7 @@ impl Conductor {
             None
         };
         match why {
-            Some(why) => self.end(now, why),
+            Some(why) => self.end(now, why, None),
             None => {
                 self.record();
                 self.wait_for_next(context);
@@ -234,7 +240,7 @@ impl Conductor {
         context.notify(Next);
     }
 
-    fn end(&mut self, time: Time, why: Ended) {
+    fn end(&mut self, time: Time, why: Ended, died: Option<String>) {
         let end = End {
             time,
             steps: self.clock.tick() + 1,
@@ -243,6 +249,7 @@ impl Conductor {
             why,
             parcels: std::mem::take(&mut self.parcels),
             recorder: self.recorder.take(),
+            died,
         };
         if let Some(ended) = self.ended.take() {
             // Nobody waits only if the whole system is going down.
@@ -282,5 +289,15 @@ impl Handler<CrewStepped> for Conductor {
         if self.waiting == 0 {
             self.complete(context);
         }
+    }
+}
+
+impl Handler<Died> for Conductor {
+    type Result = ();
+
+    /// The step under way will never be complete.
+    fn handle(&mut self, died: Died, _: &mut Context<Self>) {
+        self.parcels.clear();
+        self.end(self.now, Ended::Stopped, Some(died.who));
     }
 }

@@ -2,6 +2,7 @@ use std::{cell::RefCell, rc::Rc};
 
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture};
 
+use super::Pulse;
 use crate::{
     clock::Stopwatch,
     host::HostError,
@@ -20,6 +21,7 @@ pub(super) struct Crew {
     index: usize,
     /// Buffers that have been to the recorder and back.
     parcel: Vec<Parcel>,
+    _pulse: Pulse,
 }
 
 struct Member {
@@ -70,13 +72,15 @@ impl Crew {
         plans: Vec<(usize, RobotPlan)>,
         stopwatch: Stopwatch,
         conductor: Recipient<CrewStepped>,
+        pulse: Pulse,
     ) -> Result<Addr<Crew>, HostError> {
         let mut failed = None;
         let crew = Crew::create(|context| {
             let address = context.address();
             let mut members = Vec::with_capacity(plans.len());
             for (index, plan) in plans {
-                match Robot::start(plan, stopwatch, address.clone().recipient()) {
+                let its_pulse = pulse.of(format!("robot `{}`", plan.name));
+                match Robot::start(plan, stopwatch, address.clone().recipient(), its_pulse) {
                     Ok((robot, track)) => {
                         let track = Some(track).filter(|track| !track.borrow().is_muted());
                         members.push(Member { index, robot, track });
@@ -87,7 +91,7 @@ impl Crew {
                     }
                 }
             }
-            Crew { members, conductor, next: 0, now: Time::START, done: 0, index, parcel: Vec::new() }
+            Crew { members, conductor, next: 0, now: Time::START, done: 0, index, parcel: Vec::new(), _pulse: pulse }
         });
         failed.map_or(Ok(crew), Err)
     }
