@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, Read},
     ops::ControlFlow,
     sync::{
@@ -15,7 +15,7 @@ use std::{
 
 use iceoryx2::prelude::ZeroCopySend;
 use orienteer_runtime::{
-    agent::{Behaviour, Finish, Inputs, Outputs, Phase, RobotContext, Wiring},
+    agent::{Behaviour, BuildError, Finish, Inputs, Outputs, Phase, RobotContext, Wiring},
     arbitration::{
         Arbitration, Clients,
         sonar::{SafetyFloor, SonarArbiter},
@@ -390,4 +390,34 @@ fn a_robot_that_dies_ends_the_mission_with_an_error() {
         assert!(error.contains("robot `robot-1` panicked"), "{error}");
         assert_eq!(stops.try_recv(), Ok(()), "the others are told to stop");
     }
+}
+
+/// The threads of this process.
+fn threads() -> usize {
+    fs::read_dir("/proc/self/task").unwrap().count()
+}
+
+#[test]
+fn a_start_that_fails_leaves_no_threads_and_no_shared_memory() {
+    // Other tests of this process come and go; a process of its own counts only what is its own.
+    const ALONE: &str = "ORIENTEER_TEST_ALONE";
+    if std::env::var_os(ALONE).is_none() {
+        let program = std::env::current_exe().unwrap();
+        let name = "a_start_that_fails_leaves_no_threads_and_no_shared_memory";
+        let alone = std::process::Command::new(program).args(["--exact", name]).env(ALONE, "1").output().unwrap();
+        assert!(alone.status.success(), "{}", String::from_utf8_lossy(&alone.stdout));
+        return;
+    }
+    let directory = tempfile::tempdir_in("/dev/shm").unwrap();
+    let root = directory.path().join("runs");
+    let before = threads();
+    let bus = Bus::open(Backend::Shared, &BusOptions { root: Some(root.clone()), ..BusOptions::default() }).unwrap();
+    let mut robots: Vec<_> = (0..4).map(|number| robot(number, &bus, None)).collect();
+    // The second robot of the second thread.
+    robots[3].nodes[1].factory = Box::new(|_| Err(BuildError::new("as planned")));
+    let error = fleet::run(plan(robots, 2)).unwrap_err().to_string();
+    assert!(error.contains("as planned"), "{error}");
+    drop(bus);
+    assert!(!root.exists(), "something was left in {}", root.display());
+    assert_eq!(threads(), before);
 }

@@ -8,7 +8,7 @@ use super::{
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
 };
 use crate::{
-    clock::Clock,
+    clock::{Clock, Stopwatch},
     recording::Recorder,
     robot::{RobotPlan, RobotReport},
     time::Time,
@@ -26,7 +26,7 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
         // A hash has a recorder too: without one nobody ever looks at what a track encodes.
         robots.iter_mut().for_each(|robot| robot.track.mute());
     }
-    let mut shares = share_out(robots, threads);
+    let shares = share_out(robots, threads);
     let stopwatch = Clock::stopwatch(plan.pace);
     let (ended, end) = oneshot::channel();
     let conductor = Conductor {
@@ -49,8 +49,40 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
 
     let mut arbiters = Vec::new();
     let mut crews = Vec::new();
+    let mustered = muster(shares, stopwatch, &conductor, &mut arbiters, &mut crews).await;
+    let report = match mustered {
+        Ok(()) => {
+            let signals = actix::spawn(stop_on_signal(plan.control));
+            conductor.do_send(Begin { crews: crews.clone() });
+            let end = end.await;
+            signals.abort();
+            match end {
+                Ok(end) => finish(end, &crews).await,
+                Err(_) => Err(FleetError::System("the conductor died".to_string())),
+            }
+        }
+        Err(error) => Err(error),
+    };
+    for arbiter in arbiters {
+        arbiter.stop();
+        // Joined so that the robots' ports are dropped before the process goes on.
+        if arbiter.join().is_err() {
+            tracing::error!("a thread of the fleet panicked at its end");
+        }
+    }
+    report
+}
+
+/// Brings the robots to life. What has been started when it fails is in `arbiters` and `crews` all the same.
+async fn muster(
+    shares: Vec<Vec<(usize, RobotPlan)>>,
+    stopwatch: Stopwatch,
+    conductor: &Addr<Conductor>,
+    arbiters: &mut Vec<Arbiter>,
+    crews: &mut Vec<Addr<Crew>>,
+) -> Result<(), FleetError> {
     // The first share stays on this thread, the others get an arbiter each.
-    for (index, share) in shares.drain(..).enumerate() {
+    for (index, share) in shares.into_iter().enumerate() {
         let to = conductor.clone().recipient();
         let pulse = Pulse::new(format!("thread {}", index + 1), conductor.clone().recipient());
         if index == 0 {
@@ -66,20 +98,7 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
         arbiters.push(arbiter);
         crews.push(started.await.map_err(|_| FleetError::System("a thread died while robots came to life".to_string()))??);
     }
-
-    let signals = actix::spawn(stop_on_signal(plan.control));
-    conductor.do_send(Begin { crews: crews.clone() });
-    let end = end.await.map_err(|_| FleetError::System("the conductor died".to_string()))?;
-    signals.abort();
-    let report = finish(end, &crews).await;
-    for arbiter in arbiters {
-        arbiter.stop();
-        // Joined so that the robots' ports are dropped before the process goes on.
-        if arbiter.join().is_err() {
-            tracing::error!("a thread of the fleet panicked at its end");
-        }
-    }
-    report
+    Ok(())
 }
 
 /// Deals the robots out in contiguous shares, so that each thread's parcels are in order.
@@ -109,16 +128,20 @@ async fn stop_on_signal(control: FleetControl) {
 /// Collects the last words, with which the bases stop; only then the recording may keep anybody waiting.
 async fn finish(end: End, crews: &[Addr<Crew>]) -> Result<FleetReport, FleetError> {
     let mut robots: Vec<(usize, RobotReport)> = Vec::new();
-    for crew in crews {
-        let reports = crew.send(FinishCrew { now: end.time }).await;
-        robots.extend(reports.map_err(|_| FleetError::System("a crew died before its last words".to_string()))?);
+    let mut died = end.died;
+    for (index, crew) in crews.iter().enumerate() {
+        match crew.send(FinishCrew { now: end.time }).await {
+            Ok(reports) => robots.extend(reports),
+            // The bases of the other crews have to stop first.
+            Err(_) => drop(died.get_or_insert_with(|| format!("thread {}", index + 1))),
+        }
     }
     robots.sort_by_key(|(index, _)| *index);
     let recording = end.recorder.map(|mut recorder| {
         end.parcels.into_iter().for_each(|mut parcel| recorder.append(&mut parcel.entries));
         recorder.finish()
     });
-    if let Some(who) = end.died {
+    if let Some(who) = died {
         return Err(FleetError::Died { who });
     }
     Ok(FleetReport {
