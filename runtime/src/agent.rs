@@ -115,13 +115,21 @@ pub trait Agent: Behaviour + Sized {
 pub struct BuildError {
     /// What is wrong and how to mend it.
     pub message: String,
+    /// True if it is no use to try again.
+    pub for_good: bool,
 }
 
 impl BuildError {
     /// An error with this message.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
+        Self { message: message.into(), for_good: false }
+    }
+
+    /// An error that will be the same each time, such as of a device that can be opened only once.
+    #[must_use]
+    pub fn for_good(message: impl Into<String>) -> Self {
+        Self { message: message.into(), for_good: true }
     }
 }
 

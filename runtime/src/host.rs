@@ -214,7 +214,14 @@ impl Host {
                 self.behaviour = Some(behaviour);
                 self.outputs.log(Level::WARN, "starts again");
             }
-            Ok(Err(error)) => self.bury(now, &error.message),
+            Ok(Err(error)) if error.for_good => {
+                self.restart.never();
+                self.outputs.log(Level::ERROR, format!("{error}; it stays down"));
+            }
+            Ok(Err(error)) => {
+                let pause = self.restart.after_panic(now).as_secs_f64();
+                self.outputs.log(Level::ERROR, format!("can't be built anew: {error}; the next attempt is in {pause:.1} s"));
+            }
             Err(panic) => self.bury(now, &panic_text(panic.as_ref())),
         }
     }

@@ -7,6 +7,7 @@ use std::{
     ops::ControlFlow,
     sync::{
         Arc, Mutex,
+        atomic::{AtomicU32, Ordering},
         mpsc::{RecvTimeoutError, Sender, channel},
     },
     thread,
@@ -390,6 +391,28 @@ fn a_robot_that_dies_ends_the_mission_with_an_error() {
         assert!(error.contains("robot `robot-1` panicked"), "{error}");
         assert_eq!(stops.try_recv(), Ok(()), "the others are told to stop");
     }
+}
+
+#[test]
+fn what_can_be_built_only_once_stays_down_and_says_so_once() {
+    std::panic::set_hook(Box::new(|_| {}));
+    let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+    let mut robots = vec![robot(0, &bus, None)];
+    let (once, again) = (AtomicU32::new(0), Arc::new(AtomicU32::new(0)));
+    let asked = again.clone();
+    robots[0].nodes[2].factory = Box::new(move |_| {
+        if once.fetch_add(1, Ordering::Relaxed) == 0 {
+            return Ok(Box::new(Twice::default()));
+        }
+        asked.fetch_add(1, Ordering::Relaxed);
+        Err(BuildError::for_good("it was the only one"))
+    });
+    let mission = Mission { control_period: Duration::from_millis(50), ..Mission::default() };
+    let recorder = Recorder::start(Sink::Memory, &mission, ChunkLimits::default()).unwrap();
+    let report = fleet::run(FleetPlan { recorder: Some(recorder), ..plan(robots, 1) }).unwrap();
+    assert_eq!((report.robots[0].nodes[2].panics, again.load(Ordering::Relaxed)), (1, 1));
+    let recording = report.recording.unwrap().unwrap().memory.unwrap();
+    assert_eq!(recording.windows(13).filter(|text| text == b"it stays down").count(), 1);
 }
 
 /// The threads of this process.

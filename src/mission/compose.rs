@@ -388,7 +388,7 @@ fn once<B: Behaviour + Send>(node: B) -> Factory {
         let node = node.lock().ok().and_then(|mut node| node.take());
         match node {
             Some(node) => Ok(Box::new(node)),
-            None => Err(BuildError::new("its device can't be opened a second time")),
+            None => Err(BuildError::for_good("its device can't be opened a second time")),
         }
     })
 }

@@ -15,12 +15,17 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 const FORGIVEN_AFTER: Duration = Duration::from_secs(60);
 
 impl Restart {
-    /// Notes a panic and returns the pause before the next attempt.
+    /// Notes a panic, or an attempt that failed, and returns the pause before the next attempt.
     pub(super) fn after_panic(&mut self, now: Time) -> Duration {
         let forgiven = now.since(self.due) > FORGIVEN_AFTER;
         self.last_pause = if forgiven { FIRST_PAUSE } else { (self.last_pause * 2).clamp(FIRST_PAUSE, LONGEST_PAUSE) };
         self.due = now + self.last_pause;
         self.last_pause
+    }
+
+    /// It is no use to try again.
+    pub(super) fn never(&mut self) {
+        self.due = Time::FAR;
     }
 
     pub(super) fn is_due(&self, now: Time) -> bool {
