@@ -151,7 +151,7 @@ pub struct Outcome {
     pub recording: Option<RecordingSummary>,
     /// Files written, the recording included.
     pub files: Vec<PathBuf>,
-    /// What could not be written; the mission itself went well.
+    /// What could not be drawn or written; the mission itself went well.
     pub failures: Vec<String>,
 }
 
@@ -239,6 +239,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         Some(Err(error)) => outcome.failures.push(format!("the recording failed: {error}")),
         None => {}
     }
+    output::collect_failures(&mut outcome);
     if let Some(out) = &options.out {
         output::write(out, &mut outcome, &trails.borrow());
     }

@@ -42,6 +42,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 pub use inputs::Inputs;
+pub(crate) use outputs::GRID;
 pub use outputs::{Finish, LogLine, OutputFile, Outputs};
 pub use pilot::{Aborted, Pilot, PoseHandle, Strategy};
 pub use script::Script;

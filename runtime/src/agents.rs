@@ -3,7 +3,7 @@
 use schemars::Schema;
 
 use crate::{
-    agent::{Agent, Behaviour, Need, Phase, Wiring},
+    agent::{Agent, Behaviour, GRID, Need, Phase, Wiring},
     config::{Problems, Section, Sources, mission::AgentInfo, validate},
     host::Factory,
     topics::{BaseClaim, Payload, SonarClaim},
@@ -93,6 +93,9 @@ impl AgentKind {
         let mut writes: Vec<String> = names(wiring.write_ports(), None);
         if A::CLAIMS {
             writes.extend([BaseClaim::TOPIC.to_owned(), SonarClaim::TOPIC.to_owned()]);
+        }
+        if wiring.draws_a_map() {
+            writes.push(GRID.to_owned());
         }
         let info = AgentInfo {
             schema: schema::<A>(),

@@ -17,7 +17,7 @@ use std::{
 use actix::{Actor, Addr, Context, Handler, Message};
 
 use crate::{
-    agent::{Behaviour, BuildError, Finish, Inputs, Level, LogLine, Outputs, Phase, RobotContext, Wiring},
+    agent::{Behaviour, BuildError, Finish, GRID, Inputs, Level, LogLine, Outputs, Phase, RobotContext, Wiring},
     clock::Stopwatch,
     fleet::Pulse,
     link::{LinkError, RobotBus},
@@ -241,7 +241,7 @@ impl Host {
             show(&self.context, now, &line);
         }
         for grid in self.outputs.grids_mut().drain(..) {
-            track.record_grid("map", &grid);
+            track.record_grid(GRID, &grid);
         }
     }
 }
@@ -274,6 +274,7 @@ impl Handler<LastWords> for Host {
             let finish = &mut report.finish;
             if catch_unwind(AssertUnwindSafe(|| behaviour.finish(words.now, finish))).is_err() {
                 report.panics += 1;
+                finish.failure("its last words panicked; what it should have left is lost");
             }
         }
         actix::MessageResult(report)

@@ -415,6 +415,27 @@ fn what_can_be_built_only_once_stays_down_and_says_so_once() {
     assert_eq!(recording.windows(13).filter(|text| text == b"it stays down").count(), 1);
 }
 
+/// Has nothing to say in the end.
+struct Speechless;
+
+impl Behaviour for Speechless {
+    fn step(&mut self, _now: Time, _inputs: &Inputs, _out: &mut Outputs) {}
+
+    fn finish(&mut self, _now: Time, _last_words: &mut Finish) {
+        panic!("as planned");
+    }
+}
+
+#[test]
+fn last_words_that_panic_are_a_failure_that_a_person_learns_of() {
+    std::panic::set_hook(Box::new(|_| {}));
+    let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+    let mut robots = vec![robot(0, &bus, None)];
+    robots[0].nodes[2].factory = Box::new(|_| Ok(Box::new(Speechless)));
+    let report = fleet::run(plan(robots, 1)).unwrap();
+    assert_eq!(report.robots[0].nodes[2].finish.failures.len(), 1);
+}
+
 /// The threads of this process.
 fn threads() -> usize {
     fs::read_dir("/proc/self/task").unwrap().count()

@@ -18,12 +18,27 @@ pub(super) fn prepare(directory: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(directory).map_err(|source| OutputError { path: directory.to_owned(), source })
 }
 
+/// Gathers what nodes could not leave behind.
+pub(super) fn collect_failures(outcome: &mut Outcome) {
+    for robot in &mut outcome.robots {
+        for node in &mut robot.nodes {
+            let (robot, name) = (&robot.name, &node.name);
+            let told = node.finish.failures.drain(..).map(|failure| format!("`{name}` on robot `{robot}`: {failure}"));
+            outcome.failures.extend(told);
+        }
+    }
+}
+
 /// Writes the files that nodes leave behind, and the picture of the whole mission.
 pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails) {
     for robot in &mut outcome.robots {
         for file in robot.nodes.iter_mut().flat_map(|node| node.finish.files.drain(..)) {
             // A directory for each robot, since files name each other: a map's YAML its image.
             let path = directory.join(&robot.name).join(&file.name);
+            if outcome.files.contains(&path) {
+                outcome.failures.push(format!("`{}` was left by two nodes; the first is kept", path.display()));
+                continue;
+            }
             put(&path, &file.bytes, &mut outcome.files, &mut outcome.failures);
         }
     }

@@ -64,11 +64,12 @@ impl Behaviour for MapperAgent {
         last_words.fact("free_area_m2", summary.free_area);
         match files::encode_map(grid, "map", Mode::Trinary) {
             Ok(map) => map.into_iter().for_each(|(name, bytes)| last_words.file(name, bytes)),
-            Err(error) => tracing::error!("the map can't be drawn: {error}"),
+            Err(error) => last_words.failure(format!("the map can't be drawn: {error}")),
         }
         let drawn = picture::draw(grid, self.mapper.path(), PictureStyle::default());
-        if let Ok(png) = files::encode_png(&drawn.into()) {
-            last_words.file("map-picture.png", png);
+        match files::encode_png(&drawn.into()) {
+            Ok(png) => last_words.file("map-picture.png", png),
+            Err(error) => last_words.failure(format!("the picture of the map can't be drawn: {error}")),
         }
     }
 }
@@ -80,7 +81,7 @@ impl Agent for MapperAgent {
     type Config = Config;
 
     fn topics(wiring: &mut Wiring) {
-        wiring.reads::<PoseEstimate>().reads::<SonarScan>();
+        wiring.reads::<PoseEstimate>().reads::<SonarScan>().draws_map();
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {

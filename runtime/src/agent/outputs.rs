@@ -30,8 +30,12 @@ pub struct Outputs {
     grids: Vec<GridImage>,
     overflow: u32,
     undeclared: Option<&'static str>,
+    draws: bool,
     done: bool,
 }
+
+/// The name under which pictures of grids are recorded.
+pub(crate) const GRID: &str = "map";
 
 /// How many log lines one step may say; more are dropped and counted as overflow.
 const MAX_LOGS: usize = 16;
@@ -39,7 +43,7 @@ const MAX_LOGS: usize = 16;
 impl Outputs {
     pub(crate) fn connect(wiring: &Wiring, client: ClientId, bus: Option<&RobotBus>) -> Result<Self, LinkError> {
         let slots = wiring.write_ports().iter().map(|port| (port.writer)(bus)).collect::<Result<_, _>>()?;
-        Ok(Self::with_ports(client, slots))
+        Ok(Self { draws: wiring.draws_a_map(), ..Self::with_ports(client, slots) })
     }
 
     fn with_ports(client: ClientId, slots: Vec<Box<dyn WritePort>>) -> Self {
@@ -51,6 +55,7 @@ impl Outputs {
             grids: Vec::new(),
             overflow: 0,
             undeclared: None,
+            draws: false,
             done: false,
         }
     }
@@ -112,9 +117,13 @@ impl Outputs {
         }
     }
 
-    /// Records a picture of a grid map. Costly; once in many seconds is plenty.
+    /// Records a picture of a grid map; [`Wiring::draws_map`] declares that. Costly; once in many seconds is plenty.
     pub fn record_grid(&mut self, grid: GridImage) {
-        self.grids.push(grid);
+        if self.draws {
+            self.grids.push(grid);
+        } else {
+            self.undeclared = Some(GRID);
+        }
     }
 
     /// Sends what the step published and forgets it. Returns how much was dropped because the node said too much.
@@ -156,6 +165,8 @@ pub struct Finish {
     pub facts: Vec<(String, f64)>,
     /// Files to write into the output directory.
     pub files: Vec<OutputFile>,
+    /// What it should have left and could not, a sentence each.
+    pub failures: Vec<String>,
 }
 
 impl Finish {
@@ -167,6 +178,11 @@ impl Finish {
     /// Adds a file.
     pub fn file(&mut self, name: impl Into<String>, bytes: Vec<u8>) {
         self.files.push(OutputFile { name: name.into(), bytes });
+    }
+
+    /// Says what could not be done. A person is told, and the program's exit code says so, too.
+    pub fn failure(&mut self, text: impl Into<String>) {
+        self.failures.push(text.into());
     }
 }
 

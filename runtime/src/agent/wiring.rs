@@ -13,6 +13,7 @@ use crate::{
 pub struct Wiring {
     reads: Vec<Port>,
     writes: Vec<Port>,
+    draws_map: bool,
 }
 
 /// Whether a node can do without a topic.
@@ -70,6 +71,12 @@ impl Wiring {
         self
     }
 
+    /// Declares that the node records pictures of a grid map. One node of a robot may do so: the map is called `map`.
+    pub fn draws_map(&mut self) -> &mut Self {
+        self.draws_map = true;
+        self
+    }
+
     fn add(ports: &mut Vec<Port>, port: Port) {
         if ports.iter().all(|other| other.topic != port.topic) {
             ports.push(port);
@@ -81,6 +88,12 @@ impl Wiring {
         for port in &other.writes {
             Self::add(&mut self.writes, *port);
         }
+    }
+
+    /// True if the node records pictures of a grid map.
+    #[must_use]
+    pub fn draws_a_map(&self) -> bool {
+        self.draws_map
     }
 
     /// The topics read.
