@@ -16,7 +16,7 @@ mod why;
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
-use orienteer::reproduce::SUITES;
+use orienteer::{reproduce::SUITES, runtime::config::mission::MOST_THREADS};
 
 use refusal::Refusal;
 
@@ -115,7 +115,7 @@ pub struct RunArguments {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
     pub threads: Option<u16>,
     /// Write the recording to this file
     #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
@@ -174,7 +174,7 @@ pub struct VerifyArguments {
     /// The recording
     pub recording: PathBuf,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
     pub threads: Option<u16>,
 }
 

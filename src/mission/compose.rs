@@ -22,13 +22,13 @@ use orienteer_runtime::{
     config::{
         Problem, Problems, Section, Sources, Span,
         document::Data,
-        mission::{ClockKind, LinkKind, MissionKeys, RecordKeys, RobotConfig, StartAt, WorldConfig, WorldKind},
+        mission::{ClockKind, MissionKeys, RecordKeys, RobotConfig, StartAt, WorldConfig, WorldKind},
         validate,
     },
     fleet::{Environment, Still},
     geometry::Pose,
     host::{Factory, NodePlan},
-    link::{Backend, Bus, BusOptions},
+    link::{Bus, BusOptions},
     random::Streams,
     recording::{RobotInfo, Source, Track},
     robot::RobotPlan,
@@ -85,7 +85,7 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         Some(world) => Some(open_world(world, &mut sources, streams)?),
         None => None,
     };
-    let bus = Bus::open(backend(mission.settings.links), &BusOptions::default())?;
+    let bus = Bus::open(mission.settings.links, &BusOptions::default())?;
     let wall = mission.settings.clock == ClockKind::Wall;
     let mut robots = Vec::new();
     for (number, config) in mission.robots.iter().enumerate() {
@@ -97,14 +97,6 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         sources.files().into_iter().map(|(name, bytes)| Source { name: name.to_owned(), bytes: bytes.to_vec() }).collect();
     files.sort_by_key(|source| source.name != main);
     Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, recorded_sources: files })
-}
-
-fn backend(links: LinkKind) -> Backend {
-    match links {
-        LinkKind::Shared => Backend::Shared,
-        LinkKind::Local => Backend::Local,
-        LinkKind::Direct => Backend::Direct,
-    }
 }
 
 fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {

@@ -3,11 +3,14 @@
 use std::{collections::BTreeMap, path::Path};
 
 use orienteer_hardware::world::plan::WorldPlan;
-use orienteer_runtime::config::{
-    Problem, Problems, Section, Sources,
-    mission::{ClockKind, LinkKind},
-    mutate::{Slip, Verdict, check_mutation, mutations},
-    validate,
+use orienteer_runtime::{
+    config::{
+        Problem, Problems, Section, Sources,
+        mission::ClockKind,
+        mutate::{Slip, Verdict, check_mutation, mutations},
+        validate,
+    },
+    link::Backend,
 };
 
 use super::{Effort, Row, Suite, SuiteError, in_parallel};
@@ -138,7 +141,7 @@ impl Subject {
             understood += &world_plan(&loaded.sources, world.source)?;
         }
         // The machine's threads and links are not what is tried.
-        loaded.mission.settings.links = LinkKind::Direct;
+        loaded.mission.settings.links = Backend::Direct;
         loaded.mission.settings.clock = ClockKind::Lockstep;
         let seed = loaded.mission.settings.seed;
         match mission::compose(loaded, registry, seed) {

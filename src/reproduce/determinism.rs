@@ -6,7 +6,7 @@ use std::{
     sync::atomic::{AtomicU64, Ordering},
 };
 
-use orienteer_runtime::{config::mission::LinkKind, recording::Reader};
+use orienteer_runtime::{link::Backend, recording::Reader};
 
 use super::{Effort, Row, Suite, SuiteError, in_parallel};
 use crate::{
@@ -33,22 +33,22 @@ const ANOTHER: u64 = 1 << 40;
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
     /// On so many threads, with these links.
-    With(usize, LinkKind),
+    With(usize, Backend),
     /// With another seed.
     OtherSeed,
     /// Recorded into a file, and run again from what the file says of itself.
     Replayed,
 }
 
-const REFERENCE: Way = Way::With(1, LinkKind::Direct);
+const REFERENCE: Way = Way::With(1, Backend::Direct);
 
 const WAYS: [(Way, &str); 8] = [
     (REFERENCE, "a second time in one process"),
-    (Way::With(2, LinkKind::Direct), "on 2 threads"),
-    (Way::With(8, LinkKind::Direct), "on 8 threads"),
-    (Way::With(1, LinkKind::Local), "with `local` links"),
-    (Way::With(1, LinkKind::Shared), "with `shared` links"),
-    (Way::With(8, LinkKind::Shared), "on 8 threads with `shared` links"),
+    (Way::With(2, Backend::Direct), "on 2 threads"),
+    (Way::With(8, Backend::Direct), "on 8 threads"),
+    (Way::With(1, Backend::Local), "with `local` links"),
+    (Way::With(1, Backend::Shared), "with `shared` links"),
+    (Way::With(8, Backend::Shared), "on 8 threads with `shared` links"),
     (Way::Replayed, "from the files inside the recording"),
     (Way::OtherSeed, "with another seed"),
 ];
@@ -108,8 +108,8 @@ impl Bench {
         let mut loaded = self.load()?;
         let (threads, links, seed) = match way {
             Way::With(threads, links) => (threads, links, seed),
-            Way::OtherSeed => (1, LinkKind::Direct, ANOTHER + seed),
-            Way::Replayed => (1, LinkKind::Direct, seed),
+            Way::OtherSeed => (1, Backend::Direct, ANOTHER + seed),
+            Way::Replayed => (1, Backend::Direct, seed),
         };
         // Not in the text: the recording carries it.
         loaded.mission.settings.links = links;
@@ -133,7 +133,7 @@ impl Bench {
         };
         let files = recorded.sources.iter().map(|source| (source.name.clone(), source.bytes.clone()));
         let mut loaded = mission::load_files(files, &main.name, &self.registry).map_err(SuiteError::from_display)?;
-        loaded.mission.settings.links = LinkKind::Direct;
+        loaded.mission.settings.links = Backend::Direct;
         let options = RunOptions {
             duration: Some(recorded.duration.as_secs_f64()),
             seed: Some(recorded.seed),

@@ -38,7 +38,7 @@ mod wiring;
 use serde::Serialize;
 
 pub use catalog::{AgentInfo, Catalog, DriverInfo};
-pub use keys::{ClockKind, LinkKind, MissionFile, MissionKeys, RecordKeys, SpacingKeys, StartKeys};
+pub use keys::{ClockKind, MOST_THREADS, MissionFile, MissionKeys, RecordKeys, SpacingKeys, StartKeys};
 pub use schema::schema;
 
 use super::{

@@ -12,7 +12,7 @@ pub enum Backend {
     Shared,
     /// iceoryx2 inside the process: no files and no descriptors, nobody outside can attach.
     Local,
-    /// Rings on the heap, one thread per robot: the cheapest, for swarms.
+    /// Rings on the heap of the robot's own thread: the cheapest, for swarms; nobody outside can attach.
     Direct,
 }
 

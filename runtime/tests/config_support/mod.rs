@@ -209,7 +209,7 @@ file = "worlds/office.toml"
 
 [record]
 file = "out/office.mcap"
-grid_period = 10.0
+enabled = true
 
 [template.sonar-robot]
 sonar = { driver = "sim", ring = "denning-16", noise = 0.02 }

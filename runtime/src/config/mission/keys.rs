@@ -5,6 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::link::Backend;
+
+/// A mission can't have more threads than this.
+pub const MOST_THREADS: u16 = 256;
+
 /// An Orienteer mission: which robots, in which world, for how long.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -41,9 +46,10 @@ pub struct MissionKeys {
     #[schemars(range(min = 1.0, max = 1000.0))]
     pub control_rate_hz: f64,
     /// What topics are carried by.
-    pub links: LinkKind,
-    /// Threads that robots are spread over; one for each core unless given. Never changes the result.
-    #[schemars(range(min = 1, max = 256))]
+    pub links: Backend,
+    /// Threads that robots are spread over; unless given, one for every eight robots, but no more than there are cores. Never changes
+    /// the result.
+    #[schemars(range(min = 1, max = MOST_THREADS))]
     pub threads: Option<u16>,
 }
 
@@ -56,7 +62,7 @@ impl Default for MissionKeys {
             clock: ClockKind::Lockstep,
             speed: None,
             control_rate_hz: 20.0,
-            links: LinkKind::Shared,
+            links: Backend::Shared,
             threads: None,
         }
     }
@@ -71,19 +77,6 @@ pub enum ClockKind {
     Lockstep,
     /// The machine's clock, as real robots need it.
     Wall,
-}
-
-/// What topics are carried by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LinkKind {
-    /// Shared memory that other processes of this user can attach to.
-    #[default]
-    Shared,
-    /// Shared memory inside this process: no files, no descriptors.
-    Local,
-    /// Plain messages between actors, for swarms.
-    Direct,
 }
 
 /// The world in which simulated robots live.
@@ -104,14 +97,11 @@ pub struct RecordKeys {
     pub enabled: bool,
     /// The recording (`.mcap`); named after the mission unless given.
     pub file: Option<String>,
-    /// Seconds from one picture of a grid to the next; 0 for one at the end only.
-    #[schemars(range(min = 0.0, max = 86_400.0))]
-    pub grid_period: f64,
 }
 
 impl Default for RecordKeys {
     fn default() -> Self {
-        Self { enabled: true, file: None, grid_period: 5.0 }
+        Self { enabled: true, file: None }
     }
 }
 
