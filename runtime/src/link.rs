@@ -6,7 +6,7 @@
 //!
 //! | [`Backend`] | samples lie in | reaches | descriptors |
 //! |---|---|---|---|
-//! | `shared` | shared memory (iceoryx2 ipc) | every process of the same user | a dozen per topic |
+//! | `shared` | shared memory (iceoryx2 ipc) | processes of the same user that know the run's name | a dozen per topic |
 //! | `local` | the process's memory (iceoryx2 local) | the threads of one process | none |
 //! | `direct` | a ring on the heap | one robot, which lives on one thread | none |
 //!

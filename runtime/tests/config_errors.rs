@@ -43,6 +43,8 @@ told! {
     out_of_range_in_template_of_template: with("noise = 0.02", "noise = 20");
     not_a_number: with("clearance = 0.5", "clearance = nan");
     fraction_for_whole: with("threads = 2", "threads = 2.5");
+    name_of_run: with("links = \"shared\"", "run = \"my run\"");
+    run_nobody_can_attach_to: with("links = \"shared\"", "links = \"local\"\nrun = \"office\"");
     unknown_choice: with("links = \"shared\"", "links = \"shard\"");
     unknown_variant: with("kind = \"retreat\"", "kind = \"retreet\"");
     too_few_values: with("width = [1.0, 2.5]", "width = [1.0]");

@@ -46,7 +46,9 @@ pub fn check(arguments: &CheckArguments) -> Result<Outcome, Refusal> {
 
 fn examine(arguments: &CheckArguments) -> Result<String, Refusal> {
     let registry = Registry::standard();
-    let loaded = mission::load(&arguments.config, &registry)?;
+    let mut loaded = mission::load(&arguments.config, &registry)?;
+    // The very mission may be running under its name.
+    loaded.mission.settings.run = None;
     let configs = loaded.mission.robots.clone();
     let world = loaded.mission.world.as_ref().map(|world| world.path.clone());
     let seed = loaded.mission.settings.seed;

@@ -106,7 +106,10 @@ pub fn load(reader: &Reader, registry: &Registry) -> Result<Loaded, Refusal> {
         tracing::warn!("the recording was made by version {version}, this is {VERSION}: expect differences");
     }
     let files = sources.iter().map(|source| (source.name.clone(), source.bytes.clone()));
-    Ok(mission::load_files(files, &main.name, registry)?)
+    let mut loaded = mission::load_files(files, &main.name, registry)?;
+    // The recorded mission may still be running under its name.
+    loaded.mission.settings.run = None;
+    Ok(loaded)
 }
 
 /// True if Ctrl-C ended the repetition before the recording's end.

@@ -85,7 +85,7 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         Some(world) => Some(open_world(world, &mut sources, streams)?),
         None => None,
     };
-    let bus = Bus::open(mission.settings.links, &BusOptions::default())?;
+    let bus = Bus::open(mission.settings.links, &BusOptions { run: mission.settings.run.clone(), ..BusOptions::default() })?;
     let wall = mission.settings.clock == ClockKind::Wall;
     let mut robots = Vec::new();
     for (number, config) in mission.robots.iter().enumerate() {

@@ -48,7 +48,7 @@ use super::{
     source::{SourceId, Sources, Span},
     validate::{self, Rules},
 };
-use crate::geometry::Pose;
+use crate::{geometry::Pose, link::Backend};
 
 /// A mission that makes sense.
 #[derive(Debug, Clone, Serialize)]
@@ -210,6 +210,17 @@ fn settings(document: &Section, sources: &Sources, problems: &mut Vec<Problem>) 
         let hint = "remove the line, or set `clock = \"lockstep\"`";
         let problem = Problem::new(sources, &section.span_of_key("speed"), message, hint);
         problems.push(problem.note(sources, &section.span_of("clock"), "the clock is chosen here"));
+    }
+    if let (Some(run), Some(section)) = (&settings.run, document.section("mission")) {
+        if let Err((message, hint)) = names::check(run, "run", &[]) {
+            problems.push(Problem::new(sources, &section.span_of("run"), message, hint));
+        }
+        if settings.links != Backend::Shared {
+            let message = "`run` means nothing with these links: nobody outside can attach to them";
+            let hint = "remove the line, or set `links = \"shared\"`";
+            let problem = Problem::new(sources, &section.span_of_key("run"), message, hint);
+            problems.push(problem.note(sources, &section.span_of("links"), "the links are chosen here"));
+        }
     }
     Ok(settings)
 }

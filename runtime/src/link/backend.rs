@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Backend {
-    /// Shared memory: a monitor, a recorder or a driver in another process of the same user can attach to the running robot.
+    /// Shared memory: a monitor, a recorder or a driver in another process of the same user can attach to the running robot if the run has a
+    /// name.
     #[default]
     Shared,
     /// iceoryx2 inside the process: no files and no descriptors, nobody outside can attach.

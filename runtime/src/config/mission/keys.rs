@@ -47,6 +47,9 @@ pub struct MissionKeys {
     pub control_rate_hz: f64,
     /// What topics are carried by.
     pub links: Backend,
+    /// A name under which other processes of this user may attach to the running mission (`links = "shared"`): monitors, recorders,
+    /// drivers. Nobody can unless given.
+    pub run: Option<String>,
     /// Threads that robots are spread over; unless given, one for every eight robots, but no more than there are cores. Never changes
     /// the result.
     #[schemars(range(min = 1, max = MOST_THREADS))]
@@ -63,6 +66,7 @@ impl Default for MissionKeys {
             speed: None,
             control_rate_hz: 20.0,
             links: Backend::Shared,
+            run: None,
             threads: None,
         }
     }
