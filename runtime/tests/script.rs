@@ -11,7 +11,7 @@ use std::{
 use orienteer_runtime::{
     agent::{Aborted, Inputs, Outputs, Script, Strategy, Wiring},
     arbitration::{Clients, base::BaseArbiter},
-    geometry::{Pose, Twist},
+    geometry::{Limits, Pose, Twist},
     time::Time,
     topics::{BaseClaim, ClientId, Motion, MotionKind, MotionReport, MotionState, PoseEstimate},
 };
@@ -166,6 +166,28 @@ fn a_velocity_is_kept_until_something_else_is_ordered() {
     }
     assert_eq!(bench.run(), Ok(()));
     assert_eq!(bench.said.len(), 2, "one velocity, one stop");
+}
+
+#[test]
+fn a_condition_may_use_the_pilot() {
+    let script = Script::new(&wiring(), |pilot| async move {
+        let mut looks = 0;
+        pilot
+            .until(|inputs| {
+                looks += 1;
+                assert_eq!(inputs.latest::<PoseEstimate>().copied(), pilot.latest::<PoseEstimate>());
+                pilot.say(format!("look {looks}"));
+                pilot.drive(Twist::new(0.1 * f64::from(looks), 0.0));
+                pilot.limit(Limits { linear: 0.5, angular: 0.5 });
+                looks == 3
+            })
+            .await?;
+        pilot.stop();
+        pilot.next_step().await
+    });
+    let mut bench = Bench::new(&wiring(), script);
+    assert_eq!(bench.run(), Ok(()));
+    assert_eq!(bench.said[..2], [0.1, 0.2].map(|speed| Motion::velocity(Twist::new(speed, 0.0))));
 }
 
 #[test]

@@ -65,7 +65,8 @@ impl PoseHandle {
 pub(super) struct Desk {
     now: Time,
     steps: u64,
-    inputs: Inputs,
+    /// Apart from the rest, so that a script can look at them and use its pilot at the same time.
+    inputs: Rc<RefCell<Inputs>>,
     base: BaseHandle,
     /// A velocity to be kept until something else is ordered.
     cruise: Option<Twist>,
@@ -79,7 +80,7 @@ impl Desk {
         Self {
             now: Time::START,
             steps: 0,
-            inputs: Inputs::offline(wiring),
+            inputs: Rc::new(RefCell::new(Inputs::offline(wiring))),
             base: BaseHandle::new(ClientId::NONE),
             cruise: None,
             limits: Limits::NONE,
@@ -92,7 +93,7 @@ impl Desk {
     pub(super) fn open(&mut self, now: Time, inputs: &Inputs, base: &BaseHandle) {
         self.now = now;
         self.steps += 1;
-        self.inputs.copy_from(inputs);
+        self.inputs.borrow_mut().copy_from(inputs);
         self.base = base.clone();
     }
 
@@ -152,7 +153,7 @@ impl Pilot {
     /// The newest sample of a topic.
     #[must_use]
     pub fn latest<P: Payload>(&self) -> Option<P> {
-        self.desk.borrow().inputs.latest().copied()
+        self.inputs().borrow().latest().copied()
     }
 
     /// Waits for the next step.
@@ -172,12 +173,13 @@ impl Pilot {
         .await
     }
 
-    /// Waits until a condition on the inputs holds; it is looked at in every step, this one first.
+    /// Waits until a condition on the inputs holds; it is looked at in every step, this one first. The condition may use the pilot.
     ///
     /// # Errors
     /// If the base is lost.
     pub async fn until(&self, mut condition: impl FnMut(&Inputs) -> bool) -> Result<(), Aborted> {
-        while !condition(&self.desk.borrow().inputs) {
+        let inputs = self.inputs();
+        while !condition(&inputs.borrow()) {
             self.next_step().await?;
         }
         Ok(())
@@ -190,7 +192,7 @@ impl Pilot {
     pub async fn next<P: Payload>(&self) -> Result<P, Aborted> {
         loop {
             self.next_step().await?;
-            if let Some(sample) = self.desk.borrow().inputs.fresh::<P>() {
+            if let Some(sample) = self.inputs().borrow().fresh::<P>() {
                 return Ok(*sample);
             }
         }
@@ -307,6 +309,10 @@ impl Pilot {
         /// Less than this is not worth a motion, rad.
         const STRAIGHT: f64 = 0.005;
         if angle.abs() < STRAIGHT { Ok(()) } else { self.rotate(angle, rate).await }
+    }
+
+    fn inputs(&self) -> Rc<RefCell<Inputs>> {
+        self.desk.borrow().inputs.clone()
     }
 
     fn order<T>(&self, order: impl FnOnce(&mut BaseHandle) -> T) -> T {
