@@ -153,6 +153,11 @@ impl Outputs {
         self.done
     }
 
+    /// A script has asked for a topic without having declared it.
+    pub(super) fn asked_undeclared(&mut self, topic: &'static str) {
+        self.undeclared = Some(topic);
+    }
+
     pub(crate) fn take_undeclared(&mut self) -> Option<&'static str> {
         self.undeclared.take()
     }

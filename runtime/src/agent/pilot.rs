@@ -106,6 +106,9 @@ impl Desk {
             self.base.limit(self.limits);
         }
         out.base = self.base.clone();
+        if let Some(topic) = self.inputs.borrow().take_undeclared() {
+            out.asked_undeclared(topic);
+        }
         for line in self.logs.drain(..) {
             out.log(line.level, line.text);
         }
@@ -185,7 +188,7 @@ impl Pilot {
         Ok(())
     }
 
-    /// Waits for the next sample of a topic.
+    /// Waits for the next sample of a topic. A topic that was not declared never has one; the host reports that.
     ///
     /// # Errors
     /// If the base is lost.

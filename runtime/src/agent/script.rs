@@ -79,3 +79,31 @@ impl std::fmt::Debug for Script {
         f.debug_struct("Script").field("is_running", &self.is_running()).finish_non_exhaustive()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topics::{Odometry, Payload};
+
+    #[test]
+    fn a_topic_that_was_not_declared_is_reported_while_the_script_waits_for_it() {
+        let wiring = Wiring::default();
+        let mut script = Script::new(&wiring, |pilot| async move { pilot.next::<Odometry>().await.map(|_| ()) });
+        let (inputs, mut out) = (Inputs::offline(&wiring), Outputs::offline(&wiring));
+        for _ in 0..3 {
+            assert!(script.step(Time::START, &inputs, &mut out).is_none());
+        }
+        assert_eq!(out.take_undeclared(), Some(Odometry::TOPIC));
+    }
+
+    #[test]
+    fn a_topic_that_was_declared_is_not() {
+        let mut wiring = Wiring::default();
+        wiring.reads::<Odometry>();
+        let mut script = Script::new(&wiring, |pilot| async move { pilot.next::<Odometry>().await.map(|_| ()) });
+        let (inputs, mut out) = (Inputs::offline(&wiring), Outputs::offline(&wiring));
+        assert!(script.step(Time::START, &inputs, &mut out).is_none());
+        assert!(script.step(Time::START, &inputs, &mut out).is_none());
+        assert_eq!(out.take_undeclared(), None);
+    }
+}
