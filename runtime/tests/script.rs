@@ -193,7 +193,7 @@ fn a_condition_may_use_the_pilot() {
 #[test]
 fn move_to_ends_at_the_saved_pose_by_every_strategy() {
     let goal = Pose::new(-1.0, 2.0, 0.7);
-    for (strategy, motions) in [(Strategy::Straight, 3), (Strategy::XFirst, 5), (Strategy::YFirst, 5)] {
+    for (strategy, motions) in [(Strategy::Straight, 3), (Strategy::SidewaysFirst, 5), (Strategy::ForwardFirst, 5)] {
         let script = Script::new(&wiring(), move |pilot| async move {
             let handle = pilot.save_pose(goal).ok_or(Aborted::TimedOut)?;
             pilot.move_to(handle, strategy, 0.2, 0.5).await
@@ -204,6 +204,22 @@ fn move_to_ends_at_the_saved_pose_by_every_strategy() {
         assert!((bench.pose.heading - 0.7).abs() < 0.006);
         let moves = bench.said.iter().filter(|motion| motion.id != 0).count();
         assert!(moves <= motions, "{strategy:?} took {moves} motions");
+    }
+}
+
+#[test]
+fn strategies_are_named_after_the_way_they_go_first() {
+    for (strategy, corner) in [(Strategy::SidewaysFirst, (0.0, 2.0)), (Strategy::ForwardFirst, (1.0, 0.0))] {
+        let script = Script::new(&wiring(), move |pilot| async move {
+            let handle = pilot.save_pose(Pose::new(1.0, 2.0, 0.0)).ok_or(Aborted::TimedOut)?;
+            pilot.move_to(handle, strategy, 0.2, 0.5).await
+        });
+        let mut bench = Bench::new(&wiring(), script);
+        let passed = (0..500).any(|_| {
+            bench.step();
+            bench.pose.distance(&Pose::new(corner.0, corner.1, 0.0)) < 1e-6
+        });
+        assert!(passed, "{strategy:?} does not pass {corner:?}");
     }
 }
 

@@ -43,10 +43,10 @@ pub enum Aborted {
 pub enum Strategy {
     /// Turn toward the goal and drive there, backward if it lies behind.
     Straight,
-    /// First the sideways component, then the forward one.
-    XFirst,
-    /// First the forward component, then the sideways one: for goals round a corner.
-    YFirst,
+    /// First the sideways component, then the forward one, as seen from where the robot starts.
+    SidewaysFirst,
+    /// First the forward component, then the sideways one, as seen from where the robot starts: for goals round a corner.
+    ForwardFirst,
 }
 
 /// A pose that was saved, to come back to.
@@ -277,8 +277,8 @@ impl Pilot {
         let local = start.between(goal.0);
         let corner = match strategy {
             Strategy::Straight => None,
-            Strategy::XFirst => Some(Pose::new(0.0, local.y, 0.0)),
-            Strategy::YFirst => Some(Pose::new(local.x, 0.0, 0.0)),
+            Strategy::SidewaysFirst => Some(Pose::new(0.0, local.y, 0.0)),
+            Strategy::ForwardFirst => Some(Pose::new(local.x, 0.0, 0.0)),
         };
         if let Some(corner) = corner {
             self.go(start.then(corner), speed, rate).await?;
