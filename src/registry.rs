@@ -1,3 +1,5 @@
+//! The kinds that a mission may name.
+
 use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, WhereAmI};
 use orienteer_hardware::{base::presets, drivers::Drivers, rings};
 use orienteer_runtime::{

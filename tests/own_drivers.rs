@@ -175,6 +175,7 @@ impl Agent for Asks {
     }
 }
 
+#[allow(clippy::result_large_err)]
 fn drive(mission: &str, pace: Option<Pace>) -> Result<Outcome, RunError> {
     let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_agent::<Asks>();
     mission::run(loaded(mission, &registry), &registry, RunOptions { pace, ..RunOptions::default() })

@@ -352,7 +352,7 @@ fn a_behaviour_that_panics_when_it_is_dropped_costs_the_others_nothing() {
         let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
         let mut robots = vec![robot(0, &bus, None)];
         robots[0].nodes[2].factory = Box::new(|_| Ok(Box::new(Twice::default())));
-        told.send(fleet::run(plan(robots, 1)))
+        told.send(fleet::run(plan(robots, 1))).ok();
     });
     let report = result.recv_timeout(Duration::from_secs(20)).expect("the fleet does not wait for ever").unwrap();
     assert_eq!((report.ended, report.robots[0].fact("forward")), (Ended::Complete, Some(101.0)));
@@ -384,7 +384,7 @@ fn a_robot_that_dies_ends_the_mission_with_an_error() {
             let mut robots: Vec<_> = (0..2).map(|number| robot(number, &bus, None)).collect();
             robots[1].nodes[0].factory = Box::new(|_| Ok(Box::new(Unspeakable::default())));
             robots[0].nodes[4].factory = parting(stopped);
-            told.send(fleet::run(plan(robots, threads)))
+            told.send(fleet::run(plan(robots, threads))).ok();
         });
         let result = result.recv_timeout(Duration::from_secs(20)).expect("the fleet does not wait for ever");
         let error = result.unwrap_err().to_string();

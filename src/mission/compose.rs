@@ -1,3 +1,5 @@
+//! From a mission that was read to a fleet that is ready to run.
+
 use std::{
     cell::RefCell,
     io,

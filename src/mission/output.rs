@@ -1,3 +1,5 @@
+//! The files that a run leaves.
+
 use std::{
     fs, io,
     path::{Path, PathBuf},

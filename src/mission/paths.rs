@@ -1,3 +1,5 @@
+//! The ways of all bodies, for the picture.
+
 use std::sync::{Arc, PoisonError};
 
 use nalgebra::Point2;

@@ -1,3 +1,5 @@
+//! Arbitration against an independent oracle.
+
 use orienteer_runtime::arbitration::oracle::{Counterexample, Property, Stats, check_range};
 
 use super::{Effort, Row, Suite, SuiteError, in_parallel};

@@ -1,3 +1,5 @@
+//! Jobs on several threads, with their results in order.
+
 use std::sync::{
     Mutex, PoisonError,
     atomic::{AtomicU64, Ordering},

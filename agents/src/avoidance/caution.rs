@@ -1,3 +1,5 @@
+//! How fast the robot may go with what is around it: the limit that avoidance sets without taking the base.
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use orienteer_runtime::geometry::{Twist, angle};

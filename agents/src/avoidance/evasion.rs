@@ -1,3 +1,5 @@
+//! Stepping aside: choosing a way out, driving it, waiting, and turning back.
+
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_8, PI};
 
 use orienteer_runtime::{

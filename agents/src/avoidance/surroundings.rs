@@ -1,3 +1,5 @@
+//! What comes nearer by itself, told from what the robot's own motion brings nearer.
+
 use std::sync::Arc;
 
 use nalgebra::Vector2;

@@ -1,3 +1,5 @@
+//! The history of one transducer and the line that is fitted to it.
+
 use nalgebra::{Point2, Vector2};
 use orienteer_runtime::geometry::angle;
 

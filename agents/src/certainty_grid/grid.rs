@@ -1,3 +1,5 @@
+//! The grid itself: cells, frames, and the window that is kept when the robot leaves it.
+
 use nalgebra::Point2;
 use thiserror::Error;
 

@@ -1,3 +1,5 @@
+//! Finding the walls where the follower starts, by vote.
+
 use orienteer_runtime::robot_model::Ring;
 
 use super::{

@@ -1,3 +1,5 @@
+//! Where the robot is between the walls, from all transducers that can see one.
+
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use orienteer_runtime::{
     geometry::{Pose, angle},

@@ -1,3 +1,5 @@
+//! The manoeuvre: settle, follow, look past the corner, come back to the start pose, report.
+
 use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
 use orienteer_runtime::{

@@ -1,3 +1,5 @@
+//! The median of the last few readings of a transducer.
+
 use orienteer_runtime::topics::Echo;
 
 /// Median of the last few readings of a transducer. A median rather than a mean: one spurious echo must not show.

@@ -1,3 +1,5 @@
+//! Where a wall ends, and where its corner must be.
+
 use super::Comparison;
 
 /// Watches one side of the corridor: where it has been a wall, where that wall ended.

@@ -1,3 +1,5 @@
+//! Walls that step in or out by less than an opening.
+
 /// Notices that a wall stands elsewhere than thought: a cupboard along it, a recess, a wrong guess at the start.
 ///
 /// A filter that passes over what does not fit would for ever keep to a wall that is no longer there. Readings that are off by

@@ -1,3 +1,5 @@
+//! The mapper as an agent.
+
 use orienteer_runtime::{
     agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
     geometry::Pose,

@@ -1,3 +1,5 @@
+//! The parameters of the mapper.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! The robot's latest poses.
+
 use orienteer_runtime::{geometry::Pose, time::Time};
 
 /// The robot's latest poses, to place readings that are older than the newest pose.

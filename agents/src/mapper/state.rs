@@ -1,3 +1,5 @@
+//! The mapper without its agent: a pose and a scan in, a better map out.
+
 use std::time::Duration;
 
 use nalgebra::Point2;

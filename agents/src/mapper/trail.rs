@@ -1,3 +1,5 @@
+//! What is known to be free because the robot has been there.
+
 use nalgebra::{Point2, Vector2};
 
 use super::TrailConfig;

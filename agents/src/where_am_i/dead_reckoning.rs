@@ -1,3 +1,5 @@
+//! Dead reckoning with covariance, along arcs.
+
 use nalgebra::{Matrix3, Vector3};
 use orienteer_runtime::{
     geometry::Pose,

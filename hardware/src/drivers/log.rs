@@ -1,3 +1,5 @@
+//! The drivers that play a recorded log.
+
 use std::sync::{Arc, Mutex};
 
 use orienteer_runtime::config::Problems;

@@ -1,3 +1,5 @@
+//! The simulated drivers.
+
 use orienteer_runtime::config::Problems;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

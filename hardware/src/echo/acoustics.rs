@@ -1,3 +1,5 @@
+//! A [`SonarModel`](super::SonarModel) made ready for use: what is heard at which range and angle.
+
 use orienteer_runtime::topics::Echo;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;

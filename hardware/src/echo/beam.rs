@@ -1,3 +1,5 @@
+//! A beam in the world, and what it may meet.
+
 use nalgebra::{Point2, Vector2};
 use orienteer_runtime::geometry::Pose;
 

@@ -1,3 +1,5 @@
+//! Echoes over one mirror, which read too far.
+
 use super::{
     acoustics::Acoustics,
     beam::Beam,

@@ -1,3 +1,5 @@
+//! The walk of a beam over the cells of the grid.
+
 use super::{
     beam::Beam,
     grid::{Cells, Frame},

@@ -1,3 +1,5 @@
+//! The exact cone test: the nearest point within a beam that answers.
+
 use nalgebra::Vector2;
 
 use super::{

@@ -1,3 +1,5 @@
+//! What a beam may meet, in a uniform grid of cells.
+
 use nalgebra::Point2;
 use thiserror::Error;
 

@@ -1,3 +1,5 @@
+//! How a simulated sonar hears, and errs: its parameters.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -1,3 +1,5 @@
+//! A simulated ring that fires by its program.
+
 use std::{cell::RefCell, time::Duration};
 
 use nalgebra::{Point2, Vector2};

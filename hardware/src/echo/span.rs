@@ -1,3 +1,5 @@
+//! A wall or a disc as one beam sees it, and what hides what.
+
 use super::{
     beam::Beam,
     grid::{Disc, Line},

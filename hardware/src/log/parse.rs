@@ -1,3 +1,5 @@
+//! The two files of a sonar log.
+
 use std::path::Path;
 
 use orienteer_runtime::{geometry::Pose, time::Time, topics::Echo};

@@ -1,3 +1,5 @@
+//! A log as the drivers of a base and a ring.
+
 use std::sync::Arc;
 
 use orienteer_runtime::{

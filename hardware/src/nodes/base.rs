@@ -1,3 +1,5 @@
+//! The base as a node: driver, executor and protection in one control period.
+
 use std::time::Duration;
 
 use orienteer_runtime::{

@@ -1,3 +1,5 @@
+//! The guard of a base at wall time: a thread beside the driver that stops the base when commands stop coming.
+
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},

@@ -1,3 +1,5 @@
+//! The sonar as a node.
+
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
     robot_model::Ring,

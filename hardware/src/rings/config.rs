@@ -1,3 +1,5 @@
+//! A ring that is written out in a mission.
+
 use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},

@@ -1,3 +1,5 @@
+//! The rings that have a name, with their sources.
+
 use std::f64::consts::TAU;
 
 use orienteer_runtime::{

@@ -1,3 +1,5 @@
+//! The simulated world in motion: walls, people, and the bodies of all robots.
+
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock},
     time::Duration,

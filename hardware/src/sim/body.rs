@@ -1,3 +1,5 @@
+//! The body of one simulated robot.
+
 use std::{
     collections::VecDeque,
     sync::{Arc, Weak},

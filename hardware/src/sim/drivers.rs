@@ -1,3 +1,5 @@
+//! The drivers through which a simulated body is commanded and heard.
+
 use std::sync::{Arc, Mutex};
 
 use orienteer_runtime::{

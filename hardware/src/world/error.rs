@@ -1,3 +1,5 @@
+//! What is wrong with a world, and where.
+
 use std::{fmt, path::PathBuf};
 
 use thiserror::Error;

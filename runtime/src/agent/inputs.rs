@@ -1,3 +1,5 @@
+//! What a node may look at in a step.
+
 use std::{
     any::{Any, TypeId},
     cell::Cell,

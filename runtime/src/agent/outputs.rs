@@ -1,3 +1,5 @@
+//! What a node says, publishes and leaves behind.
+
 use std::any::{Any, TypeId};
 
 use tracing::Level;

@@ -1,3 +1,5 @@
+//! What a script steers with: moves, waits, and the newest samples.
+
 use std::{
     cell::RefCell,
     f64::consts::{FRAC_PI_2, PI},

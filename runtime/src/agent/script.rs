@@ -1,3 +1,5 @@
+//! A manoeuvre as an `async fn`, polled once per step.
+
 use std::{
     cell::RefCell,
     future::Future,

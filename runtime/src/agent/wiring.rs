@@ -1,3 +1,5 @@
+//! Which topics a node reads and writes.
+
 use crate::{
     agent::{
         inputs::{ReadPort, ReadSlot},

@@ -1,3 +1,5 @@
+//! Who may claim, with which priority.
+
 use crate::topics::ClientId;
 
 /// A node that may claim the base or the sonar.

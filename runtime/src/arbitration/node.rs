@@ -1,3 +1,5 @@
+//! The arbiters as a node.
+
 use std::time::Duration;
 
 use super::{Clients, base::BaseArbiter, explain, lease, sonar::SonarArbiter};

@@ -1,3 +1,5 @@
+//! Who goes before whom, and by which rule.
+
 use std::cmp::Reverse;
 
 use crate::topics::{BaseRule, ClientId};

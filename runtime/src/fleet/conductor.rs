@@ -1,3 +1,5 @@
+//! The mission's thread: shares the robots out, steps the crews, keeps time and the recording.
+
 use std::{future::poll_fn, ops::ControlFlow, task::Poll, time::Duration};
 
 use actix::{Actor, Addr, Arbiter, AsyncContext, Context, Handler, Message};

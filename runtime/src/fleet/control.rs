@@ -1,3 +1,5 @@
+//! Stopping, pausing and single-stepping a fleet from outside.
+
 use std::sync::{
     Arc,
     atomic::{AtomicBool, AtomicU64, Ordering},

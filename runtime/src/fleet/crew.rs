@@ -1,3 +1,5 @@
+//! The robots of one thread.
+
 use std::{cell::RefCell, rc::Rc};
 
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture};

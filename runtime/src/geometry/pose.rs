@@ -1,3 +1,5 @@
+//! Positions and headings in the plane.
+
 use std::f64::consts::PI;
 
 use iceoryx2::prelude::ZeroCopySend;

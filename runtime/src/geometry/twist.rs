@@ -1,3 +1,5 @@
+//! Velocities, and limits on them.
+
 use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,3 +1,5 @@
+//! The ports by which a node claims and hears what was decided.
+
 use std::time::Duration;
 
 use crate::{

@@ -1,3 +1,5 @@
+//! The delays before a node that panicked lives again.
+
 use std::time::Duration;
 
 use crate::time::Time;

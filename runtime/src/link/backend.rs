@@ -1,3 +1,5 @@
+//! What carries samples, and how a run is found by others.
+
 use std::path::PathBuf;
 
 use schemars::JsonSchema;

@@ -1,3 +1,5 @@
+//! Waking a process or a thread that waits for samples.
+
 use std::{fmt, path::Path, sync::Arc, time::Duration};
 
 use iceoryx2::{

@@ -1,3 +1,5 @@
+//! The links of a run: one [`Bus`] per process, from which each robot gets its own.
+
 use std::{
     collections::BTreeSet,
     fmt,

@@ -1,3 +1,5 @@
+//! Why a link could not be made or used, with a hint for each reason.
+
 use std::{fmt, path::PathBuf};
 
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};

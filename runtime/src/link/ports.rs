@@ -1,3 +1,5 @@
+//! What every back end offers: topics, writers and readers behind one type.
+
 use std::fmt;
 
 use super::LinkError;

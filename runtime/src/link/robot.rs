@@ -1,3 +1,5 @@
+//! The topics of one robot.
+
 use std::{any::Any, cell::RefCell, collections::BTreeMap, fmt, rc::Rc, sync::Arc};
 
 use super::{

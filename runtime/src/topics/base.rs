@@ -1,3 +1,5 @@
+//! Topics of the base: odometry, claims, decisions, notices, reports.
+
 use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

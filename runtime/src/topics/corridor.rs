@@ -1,3 +1,5 @@
+//! Topics of corridor following.
+
 use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

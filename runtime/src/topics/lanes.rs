@@ -1,3 +1,5 @@
+//! A short list of fixed size, for payloads.
+
 use std::{
     borrow::Cow,
     ops::{Deref, DerefMut},

@@ -1,3 +1,5 @@
+//! Topics that say where the robot is.
+
 use iceoryx2::prelude::ZeroCopySend;
 use nalgebra::Matrix3;
 use schemars::JsonSchema;

@@ -1,3 +1,5 @@
+//! Topics of the sonar: scans, firing programs, claims, decisions.
+
 use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

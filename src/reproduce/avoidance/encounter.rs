@@ -1,3 +1,5 @@
+//! Meetings of a robot and a person, drawn from a seed.
+
 use std::f64::consts::{PI, TAU};
 
 use orienteer_runtime::{geometry::Pose, random::Streams};

@@ -1,3 +1,5 @@
+//! What came of a meeting.
+
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc};
 
 use nalgebra::{Point2, Vector2};

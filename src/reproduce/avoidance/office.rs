@@ -1,3 +1,5 @@
+//! The office floor, with and without people.
+
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc};
 
 use nalgebra::Point2;

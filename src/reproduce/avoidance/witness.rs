@@ -1,3 +1,5 @@
+//! The agents that take part in the experiments.
+
 use orienteer_runtime::{
     agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
     agents::NoConfig,

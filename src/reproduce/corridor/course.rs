@@ -1,3 +1,5 @@
+//! Courses for the corridor follower, and what came of a run.
+
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, sync::PoisonError};
 
 use orienteer_hardware::sim::Arena;

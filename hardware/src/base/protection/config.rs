@@ -1,3 +1,5 @@
+//! The parameters of protection.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! How a client asks for the base, and what it hears of it.
+
 use std::time::Duration;
 
 use crate::{

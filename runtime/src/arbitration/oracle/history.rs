@@ -1,3 +1,5 @@
+//! Random histories of claims for the oracle.
+
 use std::time::Duration;
 
 use rand::{Rng, RngExt, seq::SliceRandom};
