@@ -384,7 +384,9 @@ fn a_robot_that_dies_ends_the_mission_with_an_error() {
             let mut robots: Vec<_> = (0..2).map(|number| robot(number, &bus, None)).collect();
             robots[1].nodes[0].factory = Box::new(|_| Ok(Box::new(Unspeakable::default())));
             robots[0].nodes[4].factory = parting(stopped);
-            told.send(fleet::run(plan(robots, threads))).ok();
+            // Nothing is encoded unless somebody records.
+            let recorder = Recorder::start(Sink::Hash, &Mission::default(), ChunkLimits::default()).unwrap();
+            told.send(fleet::run(FleetPlan { recorder: Some(recorder), ..plan(robots, threads) })).ok();
         });
         let result = result.recv_timeout(Duration::from_secs(20)).expect("the fleet does not wait for ever");
         let error = result.unwrap_err().to_string();
