@@ -2,9 +2,9 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
+    fs::{File, TryLockError},
     io::{self, BufWriter, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 use mcap::{McapError, records::MessageHeader, write::NoSeek};
@@ -269,13 +269,27 @@ impl Output {
     fn open(sink: Sink) -> Result<Self, RecordError> {
         Ok(match sink {
             Sink::File(path) => {
-                let file = File::create(&path).map_err(|source| RecordError::Create { path, source })?;
+                let file = create(&path).map_err(|source| RecordError::Create { path, source })?;
                 Self::File(BufWriter::with_capacity(64 << 10, file))
             }
             Sink::Memory => Self::Memory(Vec::new()),
             Sink::Hash => Self::Nowhere,
         })
     }
+}
+
+/// Opens a file for one recording alone. Two runs into the same file would leave what nobody can read.
+fn create(path: &Path) -> io::Result<File> {
+    // Not cut off before it is ours.
+    let file = File::options().write(true).create(true).truncate(false).open(path)?;
+    if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        return Err(io::Error::new(io::ErrorKind::ResourceBusy, "another run records into it"));
+    }
+    // Devices and pipes have no length.
+    if file.metadata()?.is_file() {
+        file.set_len(0)?;
+    }
+    Ok(file)
 }
 
 impl Write for Tee {
