@@ -211,6 +211,9 @@ fn settings(document: &Section, sources: &Sources, problems: &mut Vec<Problem>) 
         let problem = Problem::new(sources, &section.span_of_key("speed"), message, hint);
         problems.push(problem.note(sources, &section.span_of("clock"), "the clock is chosen here"));
     }
+    if let (Err((message, hint)), Some(section)) = (names::check_title(&settings.name), document.section("mission")) {
+        problems.push(Problem::new(sources, &section.span_of("name"), message, hint));
+    }
     if let (Some(run), Some(section)) = (&settings.run, document.section("mission")) {
         if let Err((message, hint)) = names::check(run, "run", &[]) {
             problems.push(Problem::new(sources, &section.span_of("run"), message, hint));

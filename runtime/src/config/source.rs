@@ -9,7 +9,12 @@
 
 mod disk;
 
-use std::{collections::BTreeMap, ops::Range, path::PathBuf, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use super::{
     problem::{Location, Problem},
@@ -137,6 +142,14 @@ impl Sources {
         let mut files: Vec<(&str, &[u8])> = self.files.iter().map(|source| (source.name.as_str(), &*source.bytes)).collect();
         files.sort_unstable();
         files
+    }
+
+    /// True if one of the files that were read lies on the disk at this path.
+    #[must_use]
+    pub fn holds(&self, path: &Path) -> bool {
+        let Ok(path) = path.canonicalize() else { return false };
+        matches!(self.store, Store::Disk(_))
+            && self.files.iter().any(|source| Path::new(&self.shown(&source.name)).canonicalize().is_ok_and(|read| read == path))
     }
 
     /// The place that a person should look at. Nowhere in particular becomes the start of the first file.

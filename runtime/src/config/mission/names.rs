@@ -3,6 +3,9 @@
 /// Longer names are refused, characters.
 const LONGEST: usize = 48;
 
+/// Longer names of missions are refused, bytes: most file systems end at 255.
+const LONGEST_TITLE: usize = 200;
+
 /// Robots can't be called this: the world has random streams of its own.
 pub(super) const TAKEN_FROM_ROBOTS: &[&str] = &["world", "mission"];
 
@@ -35,10 +38,33 @@ pub(super) fn check(name: &str, what: &str, taken: &[&str]) -> Result<(), (Strin
     Err((format!("the {what}'s name `{name}` {message}"), hint))
 }
 
+/// What is wrong with the name of a mission, and a hint: the files that a run leaves are called after it.
+pub(super) fn check_title(name: &str) -> Result<(), (String, String)> {
+    let odd = name.chars().find(|c| c.is_control() || matches!(c, '/' | '\\'));
+    let message = match odd {
+        Some(odd) => format!("has {odd:?} in it"),
+        None if name.starts_with('.') => "begins with a dot".to_owned(),
+        None if name.len() > LONGEST_TITLE => format!("is longer than {LONGEST_TITLE} bytes"),
+        None => return Ok(()),
+    };
+    let hint = "the picture and the recording are called after it: one word or a few, without `/`";
+    Err((format!("the mission's name {name:?} {message}"), hint.to_owned()))
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+
+    #[test]
+    fn a_mission_has_a_name_that_files_can_have() {
+        for good in ["office floor", "Büro 2", "a.b", ""] {
+            assert_eq!(check_title(good), Ok(()));
+        }
+        for bad in ["../evil", "/tmp/abs", "a\\b", ".hidden", "a\u{1b}[31mb", &"x".repeat(201)] {
+            assert!(check_title(bad).is_err(), "{bad:?}");
+        }
+    }
 
     #[test]
     fn names_that_make_topics_are_fine_and_others_are_not() {
