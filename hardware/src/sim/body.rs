@@ -38,6 +38,8 @@ const SUBSTEP: Duration = Duration::from_millis(10);
 pub const REMEMBERED: Duration = Duration::from_secs(1);
 /// Poses in the trail.
 const TRAIL: usize = (REMEMBERED.as_millis() / SUBSTEP.as_millis()) as usize;
+/// Who drives into something less than this away from the last time has not got away from it, m.
+const SAME_HIT: f64 = 0.05;
 /// A robot that moves toward what it touches faster than this has driven into it, m/s.
 const PUSHING: f64 = 0.01;
 
@@ -65,6 +67,8 @@ pub struct SimBody {
     touching: Touching,
     collisions: u32,
     bumped: u32,
+    /// Where it was when it last drove into something.
+    hit_at: Option<Point2<f64>>,
     /// Whoever the body can touch as long as it stays near `looked_from`.
     others: Others<Disc>,
     looked_from: Point2<f64>,
@@ -98,6 +102,7 @@ impl SimBody {
             touching: Touching::Nothing,
             collisions: 0,
             bumped: 0,
+            hit_at: None,
             others: Others::default(),
             looked_from: start.point(),
         }
@@ -229,8 +234,12 @@ impl SimBody {
     fn touch(&mut self, hit: bool, overlapped: bool) {
         match self.touching {
             Touching::Nothing | Touching::Bumped if hit => {
-                // Pushing on against somebody who came to the robot is the robot's fault after all.
-                self.collisions += 1;
+                // Pushing on against somebody who came to the robot is the robot's fault after all. Standing at what it has hit
+                // and pushing again is the same collision.
+                let here = self.pose.point();
+                let again = self.hit_at.is_some_and(|before| (here - before).norm() < SAME_HIT);
+                self.collisions += u32::from(!again);
+                self.hit_at = Some(here);
                 self.touching = Touching::Hit;
             }
             Touching::Nothing if overlapped => {
