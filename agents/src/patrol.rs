@@ -77,6 +77,8 @@ const OPEN: f64 = 0.35;
 const BELIEVED: u32 = 6;
 /// No place is wider than this, m.
 const WIDEST: f64 = 4.0;
+/// Who has been kept from going on for this long gives the way up.
+const HINDERED: Duration = Duration::from_secs(15);
 /// Distance to something ahead, from the robot's centre, at which crossing ends, m.
 const AHEAD: f64 = 0.65;
 
@@ -206,6 +208,7 @@ async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
     let mut gaps = Gaps::default();
     let mut walls = [0u32; 2];
     let mut near_ahead = 0;
+    let mut moved = (0.0, pilot.now());
     pilot.drive(Twist::new(config.speed, 0.0));
     loop {
         let scan = pilot.next::<SonarScan>().await?;
@@ -222,7 +225,11 @@ async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
         }
         let ahead = eyes.free(&scan, eyes.front).unwrap_or(0.0);
         near_ahead = if ahead < AHEAD { near_ahead + 1 } else { 0 };
-        gaps.blocked = near_ahead >= BELIEVED;
+        if gaps.driven - moved.0 > 0.01 {
+            moved = (gaps.driven, pilot.now());
+        }
+        // Something that the front does not see may keep the base from going on.
+        gaps.blocked = near_ahead >= BELIEVED || pilot.now().since(moved.1) > HINDERED;
         let closed = walls.iter().all(|count| *count >= BELIEVED) && gaps.driven > 2.0 * INTO_PORT;
         if closed || gaps.blocked || gaps.driven > WIDEST {
             if gaps.blocked {
