@@ -33,6 +33,16 @@ fn without_any_file_two_robots_drive_and_leave_maps_picture_and_recording() {
     assert!(named.iter().all(|name| there.join(name).is_file()), "{named:?}");
 }
 
+#[test]
+fn who_runs_out_of_descriptors_learns_which_key_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let limited = format!("ulimit -n 100; exec {} run --for 1", env!("CARGO_BIN_EXE_orienteer"));
+    let ended = Command::new("sh").args(["-c", &limited]).current_dir(folder.path()).output().unwrap();
+    let errors = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(3), "{errors}");
+    assert!(errors.contains("file descriptors") && errors.contains("mission.links"), "{errors}");
+}
+
 /// A map that a run leaves behind is a world that the next run can use.
 #[test]
 fn a_map_is_a_world() {

@@ -6,6 +6,8 @@ use orienteer::{
     mission::RunError,
     runtime::{
         config::{Problem, Problems},
+        fleet::FleetError,
+        host::HostError,
         recording::{ReadError, RecordError},
     },
 };
@@ -67,7 +69,7 @@ impl From<RunError> for Refusal {
     fn from(error: RunError) -> Self {
         let hint = match error {
             RunError::Config(problems) => return problems.into(),
-            RunError::Link(ref error) => error.hint(),
+            RunError::Link(ref error) | RunError::Fleet(FleetError::Host(HostError::Link(ref error))) => error.hint(),
             RunError::Output(_) => "name another directory with `--out`".to_owned(),
             RunError::Record(RecordError::Create { .. }) => {
                 "name another file with `--record`, in a directory that exists, or run with `--no-record`".to_owned()
