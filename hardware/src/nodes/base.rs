@@ -15,11 +15,9 @@ use crate::{
         protection::{Demand, LinkState, Protection, ProtectionConfig, Reason},
     },
     driver::{BaseDriver, DriverError},
-    nodes::Guard,
+    nodes::{Guard, IN_THE_FUTURE},
 };
 
-/// Odometry later than the step by more than this, s, is no odometry. A driver on its own thread may be a little ahead.
-const IN_THE_FUTURE: f64 = 0.25;
 /// A base that has not taken a command is told nothing but to stop for this long, s.
 const FORGIVEN: f64 = 1.0;
 

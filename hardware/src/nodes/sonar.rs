@@ -7,6 +7,7 @@ use orienteer_runtime::{
     topics::{FiringProgram, SonarDecision, SonarScan},
 };
 
+use super::IN_THE_FUTURE;
 use crate::driver::{DriverError, SonarDriver};
 
 /// Stands in for the sonar of a robot that has none.
@@ -39,10 +40,6 @@ impl SonarDriver for NoSonar {
         Ok(())
     }
 }
-
-/// A scan later than the step by more than this, s, would make all that come after it look old. A driver on its own thread may be
-/// a little ahead.
-const IN_THE_FUTURE: f64 = 0.25;
 
 /// The sonar: publishes scans, and fires as arbitration has decided.
 pub struct SonarNode {

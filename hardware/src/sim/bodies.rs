@@ -1,12 +1,12 @@
+//! Where everybody stood at the end of the previous step, and who of them is near a robot.
+
 use nalgebra::Point2;
 
 use crate::{
-    echo,
+    echo::{self, PERSON_REFLECTANCE},
     world::{disc_grid::DiscGrid, geometry::Disc},
 };
 
-/// How much of the sound a person's clothes send back.
-const PERSON_REFLECTANCE: f64 = 0.5;
 /// How much of the sound a robot's shell sends back.
 const ROBOT_REFLECTANCE: f64 = 1.0;
 
