@@ -22,7 +22,7 @@ fn histories_can_be_shared_out() {
 }
 
 #[test]
-#[ignore = "for release builds"]
+#[ignore = "10^6 histories take minutes unless optimised; `orienteer reproduce arbitration` runs them"]
 fn agrees_on_a_million_histories() {
     let stats = check_histories(1, 1_000_000).unwrap_or_else(|wrong| panic!("{wrong}"));
     println!("{stats:?}");

@@ -316,7 +316,7 @@ fn running_out_of_descriptors_names_the_key_that_helps() {
 
 /// Not a test: the entry of the processes that the tests start.
 #[test]
-#[ignore = "played by other processes"]
+#[ignore = "no test, but the entry of the processes that the tests above start"]
 fn play_a_part() {
     actors::play();
 }

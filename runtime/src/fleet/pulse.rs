@@ -1,3 +1,5 @@
+//! How a fleet learns that one of its actors has died.
+
 use actix::{Message, Recipient};
 
 /// An actor has died of a panic.
