@@ -38,8 +38,8 @@ const SUBSTEP: Duration = Duration::from_millis(10);
 pub const REMEMBERED: Duration = Duration::from_secs(1);
 /// Poses in the trail.
 const TRAIL: usize = (REMEMBERED.as_millis() / SUBSTEP.as_millis()) as usize;
-/// Who drives into something less than this away from the last time has not got away from it, m.
-const SAME_HIT: f64 = 0.05;
+/// What was touched stays touched until it is farther away than this, m: as far as a bumper springs back.
+const BUMPER: f64 = 5e-3;
 /// A robot that moves toward what it touches faster than this has driven into it, m/s.
 const PUSHING: f64 = 0.01;
 
@@ -67,8 +67,6 @@ pub struct SimBody {
     touching: Touching,
     collisions: u32,
     bumped: u32,
-    /// Where it was when it last drove into something.
-    hit_at: Option<Point2<f64>>,
     /// Whoever the body can touch as long as it stays near `looked_from`.
     others: Others<Disc>,
     looked_from: Point2<f64>,
@@ -102,7 +100,6 @@ impl SimBody {
             touching: Touching::Nothing,
             collisions: 0,
             bumped: 0,
-            hit_at: None,
             others: Others::default(),
             looked_from: start.point(),
         }
@@ -223,30 +220,30 @@ impl SimBody {
         let speed = self.kinematics.twist().linear.abs();
         self.odometry = self.odometer.measure(self.now, distance, turn, seconds, &mut self.random);
         let hit = impact.is_some() && speed > PUSHING;
-        let overlapped = others().any(|other| (other.center - self.pose.point()).norm() < other.radius + self.radius - TOUCH);
-        self.touch(hit, overlapped);
+        self.touch(arena, hit);
         if impact.is_some() {
             self.kinematics.halt();
         }
     }
 
     /// Counts each touch once, until the body is free again.
-    fn touch(&mut self, hit: bool, overlapped: bool) {
+    fn touch(&mut self, arena: &Arena, hit: bool) {
+        let (here, radius) = (self.pose.point(), self.radius);
+        let within =
+            |gap: f64| self.others.found().iter().any(|other| (other.center - here).norm() < other.radius + radius + gap);
+        let overlapped = within(-TOUCH);
+        let pressed = || within(BUMPER) || arena.world().obstacles.nearest(here, radius + BUMPER).is_some();
         match self.touching {
             Touching::Nothing | Touching::Bumped if hit => {
-                // Pushing on against somebody who came to the robot is the robot's fault after all. Standing at what it has hit
-                // and pushing again is the same collision.
-                let here = self.pose.point();
-                let again = self.hit_at.is_some_and(|before| (here - before).norm() < SAME_HIT);
-                self.collisions += u32::from(!again);
-                self.hit_at = Some(here);
+                // Pushing on against somebody who came to the robot is the robot's fault after all.
+                self.collisions += 1;
                 self.touching = Touching::Hit;
             }
             Touching::Nothing if overlapped => {
                 self.bumped += 1;
                 self.touching = Touching::Bumped;
             }
-            Touching::Hit | Touching::Bumped if !hit && !overlapped => self.touching = Touching::Nothing,
+            Touching::Hit | Touching::Bumped if !hit && !overlapped && !pressed() => self.touching = Touching::Nothing,
             _ => {}
         }
     }

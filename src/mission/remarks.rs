@@ -1,0 +1,65 @@
+//! What is allowed, but better known before anything moves.
+
+use std::fmt;
+
+use orienteer_hardware::{drivers::OpenBase, rings::widest_gap};
+use orienteer_runtime::robot_model::Ring;
+use serde::Serialize;
+
+/// Something about robots that is allowed, but that a person should know before they move.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Remark {
+    /// The robots' names.
+    pub robots: Vec<String>,
+    /// What to know, in one line.
+    pub text: String,
+}
+
+impl Remark {
+    /// Remembers it of one more robot.
+    pub(super) fn note(remarks: &mut Vec<Self>, robot: &str, text: String) {
+        match remarks.iter_mut().find(|remark| remark.text == text) {
+            Some(remark) => remark.robots.push(robot.to_owned()),
+            None => remarks.push(Self { robots: vec![robot.to_owned()], text }),
+        }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", several(&self.robots), self.text)
+    }
+}
+
+/// A few names, or the first and the last of many.
+#[must_use]
+pub fn several<S: AsRef<str>>(names: &[S]) -> String {
+    match names {
+        [first, _, .., last] if names.len() > 3 => format!("{} ... {} ({})", first.as_ref(), last.as_ref(), names.len()),
+        names => names.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// Narrower than this, m, is less than anybody's leg.
+const LEG: f64 = 0.05;
+
+/// Where somebody can step in front of the robot and is not heard.
+pub(super) fn blind_spot(base: &OpenBase, ring: &Ring) -> Option<String> {
+    let (platform, protection) = (base.driver.platform(), &base.protection);
+    if !protection.sonar_required || ring.transducers.is_empty() {
+        return None;
+    }
+    let speed = platform.limits.linear;
+    let braking = protection.braking_share * platform.acceleration;
+    let stop = speed * protection.latency + speed * speed / (2.0 * braking) + protection.margin;
+    let gap = widest_gap(ring, platform.radius, stop);
+    (gap > LEG).then(|| {
+        format!(
+            "no beam of `{}` looks at {:.0} cm of the way, {:.0} cm in front of `{}`: who steps in from the side there can be run into",
+            ring.name,
+            100.0 * gap,
+            100.0 * stop,
+            platform.name
+        )
+    })
+}
