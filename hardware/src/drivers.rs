@@ -41,11 +41,19 @@ pub struct Site<'a> {
     pub sources: &'a mut Sources,
     /// Where the configuration names the driver.
     pub span: Span,
+    /// Where it says where the robot starts, if it does.
+    pub start_span: Option<Span>,
     /// What drivers of one robot share, such as a log or a serial line: left by the base for the sonar.
     pub shared: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Site<'_> {
+    /// A problem at the place where the configuration says where the robot starts, or else where it names the driver.
+    #[must_use]
+    pub fn start_problem(&self, message: impl Into<String>, hint: impl Into<String>) -> Problems {
+        Problem::new(self.sources, self.start_span.as_ref().unwrap_or(&self.span), message, hint).into()
+    }
+
     /// A problem at the place where the configuration names the driver.
     #[must_use]
     pub fn problem(&self, message: impl Into<String>, hint: impl Into<String>) -> Problems {

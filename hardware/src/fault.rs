@@ -12,6 +12,8 @@
 //! | `link_lost` | polls and commands fail; the base's own firmware stops it after a while | polls fail, scans are lost |
 //! | `silent` | – | no scan comes, and no error |
 
+mod config;
+
 use std::{collections::VecDeque, time::Duration};
 
 use orienteer_runtime::{
@@ -22,73 +24,10 @@ use orienteer_runtime::{
 };
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
+use self::config::in_any;
+pub use self::config::{BaseFaults, FaultConfig, Interval, SonarFaults};
 use crate::driver::{BaseDriver, DriverError, SonarDriver};
-
-/// Which faults to inject, and when. The default injects none.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FaultConfig {
-    /// Probability that one reading or scan is dropped.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub drop: f64,
-    /// How late readings and scans come, s.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub delay: f64,
-    /// When values stand still.
-    #[schemars(length(max = 64))]
-    pub freeze: Vec<Interval>,
-    /// When odometry is not a number.
-    #[schemars(length(max = 64))]
-    pub not_a_number: Vec<Interval>,
-    /// When nothing gets through in either direction.
-    #[schemars(length(max = 64))]
-    pub link_lost: Vec<Interval>,
-    /// When the sonar says nothing.
-    #[schemars(length(max = 64))]
-    pub silent: Vec<Interval>,
-    /// With the link lost, the base's own firmware stops it after so long, s.
-    #[schemars(range(min = 0.0, max = 60.0))]
-    pub firmware_timeout: f64,
-}
-
-impl Default for FaultConfig {
-    fn default() -> Self {
-        Self {
-            drop: 0.0,
-            delay: 0.0,
-            freeze: Vec::new(),
-            not_a_number: Vec::new(),
-            link_lost: Vec::new(),
-            silent: Vec::new(),
-            firmware_timeout: 0.1,
-        }
-    }
-}
-
-/// From one time up to, not including, another.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Interval {
-    /// Seconds since the start of the mission.
-    #[schemars(range(min = 0.0, max = 1e6))]
-    pub from: f64,
-    /// Seconds since the start of the mission.
-    #[schemars(range(min = 0.0, max = 1e6))]
-    pub to: f64,
-}
-
-impl Interval {
-    fn holds(&self, now: Time) -> bool {
-        (self.from..self.to).contains(&now.as_secs_f64())
-    }
-}
-
-fn in_any(intervals: &[Interval], now: Time) -> bool {
-    intervals.iter().any(|interval| interval.holds(now))
-}
 
 /// A driver with faults. Works around a [`BaseDriver`] and around a [`SonarDriver`].
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use crate::{
     base::{executor::ExecutorConfig, kinematics::BaseConfig, odometry::OdometryConfig, presets, protection::ProtectionConfig},
     driver::SonarDriver,
     echo::SonarModel,
-    fault::{FaultConfig, FaultInjector},
+    fault::{BaseFaults, FaultInjector, SonarFaults},
     rings::{self, RingConfig},
     sim::{SimBase, SimBodyConfig, SimSonar},
 };
@@ -22,6 +22,7 @@ pub struct SimBaseConfig {
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
     /// A base of your own, instead of a platform with a name.
+    #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,
     /// How its odometry errs.
     pub odometry: OdometryConfig,
@@ -30,7 +31,7 @@ pub struct SimBaseConfig {
     /// How it protects itself.
     pub protection: ProtectionConfig,
     /// Faults to inject, for experiments.
-    pub faults: FaultConfig,
+    pub faults: BaseFaults,
 }
 
 impl Default for SimBaseConfig {
@@ -41,7 +42,7 @@ impl Default for SimBaseConfig {
             odometry: OdometryConfig::default(),
             motion: ExecutorConfig::default(),
             protection: ProtectionConfig::default(),
-            faults: FaultConfig::default(),
+            faults: BaseFaults::default(),
         }
     }
 }
@@ -66,12 +67,25 @@ impl BaseKind for SimBaseKind {
         let start = site.start.unwrap_or_default();
         let body = arena
             .add(site.robot, start, SimBodyConfig { base, odometry: config.odometry })
-            .map_err(|error| site.problem(error.to_string(), "choose another `start`; `[[place]]`s of the world have names"))?;
-        let driver =
-            FaultInjector::new(SimBase::new(body, platform), config.faults, site.streams.stream(site.robot, "base faults"));
+            .map_err(|error| site.start_problem(error.to_string(), start_hint(site)))?;
+        let driver = FaultInjector::new(
+            SimBase::new(body, platform),
+            config.faults.into(),
+            site.streams.stream(site.robot, "base faults"),
+        );
         Ok(OpenBase { driver: Box::new(driver), motion: config.motion, protection: config.protection, start })
     }
 }
+
+fn start_hint(site: &Site<'_>) -> String {
+    let places = site.arena.map_or(&[][..], |arena| &arena.world().places[..]);
+    let names: Vec<_> = places.iter().take(MOST_PLACES).map(|place| format!("`{}`", place.name)).collect();
+    let what = if site.start_span.is_some() { "choose another `start`" } else { "give a `start`: without one it is the origin" };
+    if names.is_empty() { what.to_owned() } else { format!("{what}; places of this world are {}", names.join(", ")) }
+}
+
+/// More places would make no hint.
+const MOST_PLACES: usize = 8;
 
 /// A simulated sonar ring.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,16 +95,17 @@ pub struct SimSonarConfig {
     #[schemars(extend("x-names" = "ring"))]
     pub ring: String,
     /// A ring of your own, instead of one with a name.
+    #[schemars(extend("x-instead-of" = "ring"))]
     pub custom: Option<RingConfig>,
     /// How it hears; without it, as the ring of that name does.
     pub model: Option<SonarModel>,
     /// Faults to inject, for experiments.
-    pub faults: FaultConfig,
+    pub faults: SonarFaults,
 }
 
 impl Default for SimSonarConfig {
     fn default() -> Self {
-        Self { ring: "denning-16".to_owned(), custom: None, model: None, faults: FaultConfig::default() }
+        Self { ring: "denning-16".to_owned(), custom: None, model: None, faults: SonarFaults::default() }
     }
 }
 
@@ -122,6 +137,6 @@ impl SonarKind for SimSonarKind {
         };
         let sonar = SimSonar::new(arena, site.robot, body, ring, &model)
             .map_err(|error| site.problem(error.to_string(), "correct the ring or its model"))?;
-        Ok(Box::new(FaultInjector::new(sonar, config.faults, site.streams.stream(site.robot, "sonar faults"))))
+        Ok(Box::new(FaultInjector::new(sonar, config.faults.into(), site.streams.stream(site.robot, "sonar faults"))))
     }
 }

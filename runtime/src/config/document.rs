@@ -45,6 +45,16 @@ impl Data {
         }
     }
 
+    /// The number, if it is one.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Data::Whole(number) => Some(*number as f64),
+            Data::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
     /// The table, if it is one.
     #[must_use]
     pub fn as_table(&self) -> Option<&Table> {

@@ -4,10 +4,12 @@
 //! is documented, what is checked and what is read cannot differ. Understood are `$ref`, `properties`, `required`,
 //! `additionalProperties`, `patternProperties` (all keys), `type`, `enum`, `const`, `oneOf`/`anyOf` (options, enums with documented variants,
 //! internally and externally tagged enums), `allOf`, `minimum`, `maximum`, their exclusive forms, `minLength`, `maxLength`,
-//! `minItems`, `maxItems`, `items`, `prefixItems`, `uniqueItems`, the number formats, and two keywords of our own:
+//! `minItems`, `maxItems`, `items`, `prefixItems`, `uniqueItems`, the number formats, and these keywords of our own:
 //!
 //! * `x-names = "ring"`: the text must be one of the catalogue's names of that sort;
-//! * `x-non-finite = true`: infinite numbers are allowed. NaN never is.
+//! * `x-non-finite = true`: infinite numbers are allowed. NaN never is;
+//! * `x-instead-of = "ring"`: the table may not hold that other key as well;
+//! * `x-above = "from"`: the number must be above that of the other key.
 //!
 //! A table is closed unless its schema says otherwise, whether or not its type says `deny_unknown_fields`.
 

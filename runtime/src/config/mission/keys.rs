@@ -42,8 +42,8 @@ pub struct MissionKeys {
     /// How many times faster than life simulated time goes; as fast as it can unless given.
     #[schemars(range(min = 0.001, max = 1_000_000.0))]
     pub speed: Option<f64>,
-    /// Control steps per second of every robot, Hz.
-    #[schemars(range(min = 1.0, max = 1000.0))]
+    /// Control steps per second of every robot, Hz. Sonar readings would be too old to drive by below 5 Hz.
+    #[schemars(range(min = 5.0, max = 1000.0))]
     pub control_rate_hz: f64,
     /// What topics are carried by.
     pub links: Backend,
@@ -118,7 +118,7 @@ pub struct TemplateKeys {
     /// How many robots to make; their names get a number from 1.
     #[schemars(range(min = 1, max = 10_000))]
     pub count: Option<u32>,
-    /// Where the robot begins.
+    /// Where the robot begins: at the origin, heading along x, unless given.
     pub start: Option<StartKeys>,
     /// How repeated robots stand from each other.
     pub spacing: Option<SpacingKeys>,
@@ -143,7 +143,7 @@ pub struct RobotKeys {
     #[serde(default)]
     #[schemars(range(min = 1, max = 10_000))]
     pub count: Option<u32>,
-    /// Where it begins.
+    /// Where it begins: at the origin, heading along x, unless given.
     #[serde(default)]
     pub start: Option<StartKeys>,
     /// How repeated robots stand from each other.

@@ -74,9 +74,10 @@ fn different(key: &str, base: &Table, over: &Table) -> bool {
         (Some(below), Some(above)) => below != above,
         _ => false,
     };
+    let swaps = |one: &[&str], other: &[&str]| has(base, one) && has(over, other) || has(base, other) && has(over, one);
     match key {
-        "base" | "sonar" => changes("driver", None),
-        "start" => has(base, &["place"]) && has(over, &["x", "y"]) || has(base, &["x", "y"]) && has(over, &["place"]),
+        "base" | "sonar" => changes("driver", None) || swaps(&["custom"], &["platform", "ring"]),
+        "start" => swaps(&["place"], &["x", "y"]),
         _ => changes("kind", Some(key.to_owned())),
     }
 }

@@ -113,12 +113,14 @@ fn rename(schema: &mut Json, prefix: &str) {
     });
 }
 
-/// Turns `x-names` into the names.
+/// Turns `x-names` into the names, and drops what other programs can't read.
 fn name_names(schema: &mut Json, catalog: &dyn Catalog) {
     each_object(schema, &mut |object| {
         if let Some(Json::String(sort)) = object.remove("x-names") {
             object.insert("enum".to_owned(), catalog.names(&sort).into());
         }
+        object.remove("x-instead-of");
+        object.remove("x-above");
     });
 }
 

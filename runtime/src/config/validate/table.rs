@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 
 use super::{At, Validator, view::View, words};
 use crate::config::{
-    document::{Data, Key, Table},
+    document::{Data, Key, Table, Value},
     problem::cut,
     suggest,
 };
@@ -28,8 +28,32 @@ impl<'a> Validator<'a> {
                 (None, Others::None) => self.unknown_key(at, key, value.get_ref(), view),
             }
         }
+        for (name, root, schema) in known {
+            if let Some((key, value)) = table.get_key_value(name) {
+                self.beside(key, value, table, &View::of(root, schema));
+            }
+        }
         if !self.rules.partial {
             self.missing(at, table, view);
+        }
+    }
+
+    /// Compares a value with others of its table.
+    fn beside(&mut self, key: &Key, value: &Value, table: &Table, view: &View<'a>) {
+        let name = key.get_ref();
+        let other = |keyword: &str| table.get_key_value(view.keyword(keyword)?.as_str()?);
+        if let Some((other, _)) = other("x-instead-of") {
+            let other = other.get_ref();
+            let message = format!("`{name}` stands beside `{other}`, but takes its place");
+            self.report_at(&key.span(), message, format!("remove `{name}` or `{other}`"), None);
+        }
+        if let Some((other, least)) = other("x-above")
+            && let (Some(number), Some(least)) = (value.get_ref().as_number(), least.get_ref().as_number())
+            && number <= least
+        {
+            let other = other.get_ref();
+            let message = format!("`{name}` = {number} is not above `{other}` = {least}");
+            self.report_at(&value.span(), message, format!("give a number above `{other}`, or exchange the two"), None);
         }
     }
 
