@@ -8,6 +8,8 @@ mod compose;
 mod embedded;
 mod output;
 mod paths;
+mod remarks;
+mod world;
 
 use std::{
     cell::RefCell,
@@ -31,6 +33,7 @@ use orienteer_runtime::{
 pub use compose::{Composed, compose};
 pub use embedded::{EMBEDDED, embedded_files};
 pub use output::OutputError;
+pub use remarks::{Remark, several};
 
 use crate::Registry;
 
@@ -175,6 +178,9 @@ pub enum RunError {
     /// The robots can't be brought to life.
     #[error(transparent)]
     Fleet(#[from] FleetError),
+    /// The recording would fall on a file that the mission was read from.
+    #[error("the recording `{}` would overwrite a file of the mission", .0.display())]
+    Overwrites(PathBuf),
     /// The recording can't be begun.
     #[error("the recording can't be begun: {0}")]
     Record(#[from] RecordError),
@@ -193,6 +199,9 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
     loaded.mission.settings.clock = if pace == Pace::Wall { ClockKind::Wall } else { ClockKind::Lockstep };
     let seed = options.seed.unwrap_or(loaded.mission.settings.seed);
     let composed = compose(loaded, registry, seed)?;
+    for remark in &composed.remarks {
+        tracing::warn!("{remark}");
+    }
     if let Some(out) = &options.out {
         output::prepare(out)?;
     }
@@ -292,6 +301,11 @@ fn start_recording(
             Sink::File(out.join(name))
         }
     };
+    if let Sink::File(path) = &sink
+        && composed.sources.holds(path)
+    {
+        return Err(RunError::Overwrites(path.clone()));
+    }
     let mission = recording::Mission {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed,

@@ -37,8 +37,10 @@
 //! ```
 
 mod config;
+mod cover;
 mod named;
 
 pub use config::{RingConfig, RingError, TransducerConfig};
+pub use cover::widest_gap;
 pub(crate) use named::robond_8;
 pub use named::{NamedRing, all, find};

@@ -2,49 +2,33 @@
 
 use std::fmt::Write as _;
 
-use orienteer::{
-    Registry,
-    mission::{self, Composed},
-    runtime::{
-        config::{self, Problems, mission::RobotConfig},
-        robot::RobotPlan,
-        time::Time,
-    },
-};
-use serde::Serialize;
-
 use super::{
     CheckArguments, Outcome, Refusal,
     style::{self, Paint},
     table::{Align, Table},
 };
-
-#[derive(Serialize)]
-struct Answer<'a> {
-    ok: bool,
-    problems: Option<&'a Problems>,
-}
+use orienteer::{
+    Registry,
+    mission::{self, Composed, Remark},
+    runtime::{
+        config::{self, mission::RobotConfig},
+        robot::RobotPlan,
+        time::Time,
+    },
+};
 
 /// Checks a configuration: all that `run` does before anything moves.
 pub fn check(arguments: &CheckArguments) -> Result<Outcome, Refusal> {
-    let found = examine(arguments);
+    let (remarks, text) = examine(arguments)?;
     if arguments.json {
-        return match found {
-            Ok(_) => {
-                style::print_json(&serde_json::json!({ "ok": true, "problems": [] }));
-                Ok(Outcome::Well)
-            }
-            Err(refusal) => {
-                style::print_json(&Answer { ok: false, problems: Some(refusal.problems()) });
-                Ok(refusal.outcome())
-            }
-        };
+        style::print_json(&serde_json::json!({ "ok": true, "problems": [], "remarks": remarks }))?;
+    } else {
+        style::print(&text)?;
     }
-    style::print(&found?);
     Ok(Outcome::Well)
 }
 
-fn examine(arguments: &CheckArguments) -> Result<String, Refusal> {
+fn examine(arguments: &CheckArguments) -> Result<(Vec<Remark>, String), Refusal> {
     let registry = Registry::standard();
     let mut loaded = mission::load(&arguments.config, &registry)?;
     // The very mission may be running under its name.
@@ -54,7 +38,8 @@ fn examine(arguments: &CheckArguments) -> Result<String, Refusal> {
     let seed = loaded.mission.settings.seed;
     let composed = mission::compose(loaded, &registry, seed)?;
     let path = arguments.config.display();
-    Ok(describe(&path.to_string(), world.as_deref(), &configs, &composed))
+    let text = describe(&path.to_string(), world.as_deref(), &configs, &composed);
+    Ok((composed.remarks, text))
 }
 
 fn describe(path: &str, world: Option<&str>, configs: &[RobotConfig], composed: &Composed) -> String {
@@ -76,13 +61,14 @@ fn describe(path: &str, world: Option<&str>, configs: &[RobotConfig], composed: 
         }
     }
     for (names, make) in rows {
-        let name = match names.as_slice() {
-            [first, _, .., last] if names.len() > 3 => format!("{first} ... {last} ({})", names.len()),
-            names => names.join(", "),
-        };
-        table.row([name].into_iter().chain(make));
+        table.row([mission::several(&names)].into_iter().chain(make));
     }
-    text + &table.render(paint, |_, _, cell| cell.to_owned())
+    text += &table.render(paint, |_, _, cell| cell.to_owned());
+    for remark in &composed.remarks {
+        let line = style::wrap(&format!("remark: {remark}"), 2);
+        let _ = writeln!(text, "\n{}", line.replacen("remark", &paint.bad("remark"), 1));
+    }
+    text
 }
 
 /// What a robot is made of: base, sonar, agents.
@@ -105,6 +91,6 @@ fn make(config: &RobotConfig, plan: &RobotPlan) -> [String; 3] {
 
 /// Prints the schema of configurations.
 pub fn schema() -> Result<Outcome, Refusal> {
-    style::print_json(&config::mission::schema(&Registry::standard()));
+    style::print_json(&config::mission::schema(&Registry::standard()))?;
     Ok(Outcome::Well)
 }

@@ -47,17 +47,17 @@ pub fn list(arguments: &ListArguments) -> Result<Outcome, Refusal> {
     let lists: Vec<List> = lists(&Registry::standard()).into_iter().filter(wanted).collect();
     if arguments.json {
         match lists.as_slice() {
-            [only] => style::print_json(&only.items),
+            [only] => style::print_json(&only.items)?,
             all => {
                 let map = all.iter().map(|list| (list.sort.to_owned(), serde_json::json!(list.items)));
-                style::print_json(&map.collect::<serde_json::Map<_, _>>());
+                style::print_json(&map.collect::<serde_json::Map<_, _>>())?;
             }
         }
         return Ok(Outcome::Well);
     }
     let paint = Paint::stdout();
     let texts: Vec<String> = lists.iter().map(|list| text(list, paint)).collect();
-    style::print(&texts.join("\n"));
+    style::print(&texts.join("\n"))?;
     Ok(Outcome::Well)
 }
 

@@ -12,7 +12,7 @@ use orienteer::{
     mission::{self, Composed},
     runtime::{
         agent::RobotContext,
-        config::validate,
+        config::{mission::ClockKind, validate},
         recording::Reader,
         time::Time,
         topics::{PoseEstimate, SonarScan},
@@ -28,7 +28,7 @@ use super::{
 
 /// Draws the maps of a recording's robots.
 pub fn map(arguments: &MapArguments) -> Result<Outcome, Refusal> {
-    let reader = Reader::open(&arguments.recording)?;
+    let reader = verify::open(&arguments.recording)?;
     let robots = robots(&reader, arguments.robot.as_deref())?;
     let (configs, composed) = settings(&reader, arguments)?;
     let paint = Paint::stdout();
@@ -68,7 +68,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, Refusal> {
     for file in written {
         text.push_str(&format!("{}\n", file.display()));
     }
-    style::print(&text);
+    style::print(&text)?;
     Ok(Outcome::Well)
 }
 
@@ -101,7 +101,9 @@ fn robots(reader: &Reader, asked: Option<&str>) -> Result<Vec<String>, Refusal> 
 /// Each robot's settings for the mapper, if it has one, and what is known of the robots.
 fn settings(reader: &Reader, arguments: &MapArguments) -> Result<(Vec<(String, Config)>, Composed), Refusal> {
     let registry = Registry::standard();
-    let loaded = verify::load(reader, &registry)?;
+    let mut loaded = verify::load(reader, &registry)?;
+    // Real devices are refused then. They must not be opened for a picture.
+    loaded.mission.settings.clock = ClockKind::Lockstep;
     let mut configs = Vec::new();
     for robot in &loaded.mission.robots {
         if arguments.robot.as_ref().is_some_and(|name| *name != robot.name) {

@@ -35,26 +35,19 @@ impl Refusal {
         Self { outcome: Outcome::Failed, problems: Problem::nowhere(message, hint).into() }
     }
 
-    /// What the command comes to.
-    pub fn outcome(&self) -> Outcome {
-        self.outcome
-    }
-
-    /// What is wrong.
-    pub fn problems(&self) -> &Problems {
-        &self.problems
-    }
-
-    /// Tells a person, as a compiler would, and returns what the command comes to.
-    pub fn tell(self) -> Outcome {
-        let colour = Paint::stderr().is_coloured();
-        let list = self.problems.list();
-        let text = if list.iter().any(|problem| problem.location().is_some()) {
-            self.problems.render(colour)
-        } else {
-            list.iter().map(|problem| problem.render(colour)).collect::<Vec<_>>().join("\n\n")
-        };
-        style::complain_of(&text);
+    /// Tells a program on standard output or a person as a compiler would, and returns what the command comes to.
+    pub fn tell(self, json: bool) -> Outcome {
+        let told = json.then(|| style::print_json(&serde_json::json!({ "ok": false, "problems": self.problems })));
+        if !matches!(told, Some(Ok(()))) {
+            let colour = Paint::stderr().is_coloured();
+            let list = self.problems.list();
+            let text = if list.iter().any(|problem| problem.location().is_some()) {
+                self.problems.render(colour)
+            } else {
+                list.iter().map(|problem| problem.render(colour)).collect::<Vec<_>>().join("\n\n")
+            };
+            style::complain_of(&text);
+        }
         self.outcome
     }
 }
@@ -69,6 +62,12 @@ impl From<RunError> for Refusal {
     fn from(error: RunError) -> Self {
         let hint = match error {
             RunError::Config(problems) => return problems.into(),
+            RunError::Overwrites(_) => {
+                return Self::misused(
+                    error.to_string(),
+                    "name another file with `--record` or `[record] file`; recordings end in `.mcap`",
+                );
+            }
             RunError::Link(ref error) | RunError::Fleet(FleetError::Host(HostError::Link(ref error))) => error.hint(),
             RunError::Output(_) => "name another directory with `--out`".to_owned(),
             RunError::Record(RecordError::Create { .. }) => {

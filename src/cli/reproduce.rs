@@ -39,18 +39,18 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<Outcome, Refusal> {
         match measure(suite, arguments, &interruption) {
             Ok(report) => {
                 if !arguments.json {
-                    style::print(&text(&report, !reports.is_empty()));
+                    style::print(&text(&report, !reports.is_empty()))?;
                 }
                 reports.push(report);
             }
             // The other suites may still have something to say.
-            Err(error) => refusal = Some(error.tell()),
+            Err(error) => refusal = Some(error.tell(false)),
         }
     }
     if arguments.json {
         match reports.as_slice() {
-            [only] if arguments.suite.is_some() => style::print_json(only),
-            all => style::print_json(&all),
+            [only] if arguments.suite.is_some() => style::print_json(only)?,
+            all => style::print_json(&all)?,
         }
     }
     let short = reports.iter().flat_map(|report| &report.rows).any(|row| !row.holds);

@@ -18,12 +18,6 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
         None => mission::load_embedded(EMBEDDED[0], &registry)?,
     };
     let pace = pace(arguments, &loaded)?;
-    if let Some(path) = arguments.record.as_ref().filter(|path| loaded.sources.holds(path)) {
-        return Err(Refusal::misused(
-            format!("`--record {}` would overwrite a file of the mission", path.display()),
-            "name another file; recordings end in `.mcap`",
-        ));
-    }
     let settings = &loaded.mission.settings;
     let planned = Duration::from_secs_f64(arguments.duration.unwrap_or(settings.duration));
     let (bar, watch) = MissionWatch::new(&settings.name, Time::START + planned);
@@ -47,9 +41,9 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
     let ended = ended?;
     let summary = Summary::of(&ended, planned);
     if arguments.json {
-        style::print_json(&summary);
+        style::print_json(&summary)?;
     } else {
-        style::print(&summary.text(style::Paint::stdout()));
+        style::print(&summary.text(style::Paint::stdout()))?;
     }
     for failure in &ended.failures {
         style::complain(failure, "everything else was done; look at the disk and at `--out`");

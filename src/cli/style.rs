@@ -7,6 +7,8 @@ use std::{
 
 use orienteer::runtime::{config::Problem, time::Time};
 
+use super::Refusal;
+
 /// Everything fits into a terminal of this many columns.
 pub const WIDTH: usize = 80;
 
@@ -71,17 +73,28 @@ fn wants_colour(stream: &impl IsTerminal) -> bool {
 }
 
 /// Writes to standard output. Whoever reads it may stop reading: `orienteer list | head -1`.
-pub fn print(text: &str) {
+///
+/// # Errors
+/// If it gets lost elsewhere, on a full disk for instance.
+pub fn print(text: &str) -> Result<(), Refusal> {
     let mut out = io::stdout().lock();
-    // Nobody is left to be told of an error.
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            let hint = "look at the disk or device that standard output leads to";
+            Err(Refusal::failed(format!("the answer can't be written: {error}"), hint))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes a value to standard output as JSON.
-pub fn print_json(value: &impl serde::Serialize) {
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(value: &impl serde::Serialize) -> Result<(), Refusal> {
     match serde_json::to_string_pretty(value) {
         Ok(text) => print(&format!("{text}\n")),
-        Err(error) => complain(&format!("the answer can't be written as JSON: {error}"), "leave out `--json`"),
+        Err(error) => Err(Refusal::failed(format!("the answer can't be written as JSON: {error}"), "leave out `--json`")),
     }
 }
 

@@ -40,7 +40,7 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
             return Ok(stopped());
         }
         if outcome.recording.as_ref().is_some_and(|summary| summary.sha256 == hash) {
-            style::print(&identical(arguments, &outcome, &hash));
+            style::print(&identical(arguments, &outcome, &hash))?;
             return Ok(Outcome::Well);
         }
     }
@@ -57,7 +57,7 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
         ));
     }
     let difference = reader.first_difference(&Reader::open(&draft.0)?)?;
-    style::print(&different(arguments, &reader, difference.as_ref()));
+    style::print(&different(arguments, &reader, difference.as_ref()))?;
     Ok(Outcome::FallsShort)
 }
 
@@ -92,6 +92,16 @@ impl Repetition<'_> {
         drop(bar);
         Ok(outcome?)
     }
+}
+
+/// Opens a recording to look into it, and tells if it is not whole.
+pub fn open(path: &Path) -> Result<Reader, Refusal> {
+    let reader = Reader::open(path)?;
+    if *reader.ending() != Ending::Complete {
+        let until = style::time(reader.end_time());
+        tracing::warn!("the recording is {}: what is shown is what is left, up to {until}", reader.ending());
+    }
+    Ok(reader)
 }
 
 /// The mission that a recording carries.

@@ -28,14 +28,14 @@ const INDENT: usize = 10;
 
 /// Says why a robot did what it did.
 pub fn why(arguments: &WhyArguments) -> Result<Outcome, Refusal> {
-    let reader = Reader::open(&arguments.recording)?;
+    let reader = verify::open(&arguments.recording)?;
     let robot = robot(&reader, arguments.robot.as_deref())?;
     let at = Time::from_secs_f64(arguments.at);
     let moment = Moment::find(&reader, robot, at)?;
     if arguments.json {
-        style::print_json(&moment.json());
+        style::print_json(&moment.json())?;
     } else {
-        style::print(&moment.text(&arguments.recording.display().to_string(), Paint::stdout()));
+        style::print(&moment.text(&arguments.recording.display().to_string(), Paint::stdout()))?;
     }
     Ok(Outcome::Well)
 }
@@ -176,7 +176,7 @@ impl<'a> Moment<'a> {
             .iter()
             .map(|held| json!({ "client": self.name(held.client), "rule": format!("{:?}", held.rule()) }))
             .collect();
-        let finite = |value: f64| value.is_finite().then_some(value);
+        let limit = |value: f64| (value < f64::MAX).then_some(value);
         let events = |events: &[Event]| -> Vec<Value> {
             let event = |event: &Event| json!({ "time_s": event.time.as_secs_f64(), "from": event.from, "text": event.text });
             events.iter().map(event).collect()
@@ -192,9 +192,9 @@ impl<'a> Moment<'a> {
                 "rule": format!("{:?}", self.base.rule()),
                 "since_s": self.base.since.as_secs_f64(),
                 "held_back": held_back,
-                "limit_m_s": finite(self.base.limits.linear),
+                "limit_m_s": limit(self.base.limits.linear),
                 "limited_by": self.name(self.base.limited_by),
-                "turn_limit_rad_s": finite(self.base.limits.angular),
+                "turn_limit_rad_s": limit(self.base.limits.angular),
                 "turn_limited_by": self.name(self.base.turn_limited_by),
             },
             "sonar": self.sonar.as_ref().map(|sonar| json!({

@@ -1,9 +1,6 @@
 //! From a mission that was read to a fleet that is ready to run.
 
 use std::{
-    cell::RefCell,
-    io,
-    path::Path,
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -13,7 +10,6 @@ use orienteer_hardware::{
     drivers::{OpenBase, Site},
     nodes::{BaseNode, Guarded, NoSonar, SonarNode},
     sim::{Arena, ArenaClock},
-    world::{World, WorldError, plan::WorldPlan},
 };
 use orienteer_runtime::{
     agent::{Behaviour, BuildError, Phase, RobotContext},
@@ -22,10 +18,8 @@ use orienteer_runtime::{
         sonar::{SafetyFloor, SonarArbiter},
     },
     config::{
-        Problem, Problems, Section, Sources, Span,
-        document::Data,
-        mission::{ClockKind, MissionKeys, RecordKeys, RobotConfig, StartAt, WorldConfig, WorldKind},
-        validate,
+        Problem, Problems, Sources,
+        mission::{ClockKind, MissionKeys, RecordKeys, RobotConfig, StartAt},
     },
     fleet::{Environment, Still},
     geometry::Pose,
@@ -38,7 +32,11 @@ use orienteer_runtime::{
     topics::ClientId,
 };
 
-use super::{Loaded, RunError};
+use super::{
+    Loaded, RunError,
+    remarks::{Remark, blind_spot},
+    world::open_world,
+};
 use crate::Registry;
 
 /// A fleet that is ready to run.
@@ -53,8 +51,12 @@ pub struct Composed {
     pub arena: Option<Arc<Arena>>,
     /// The control period.
     pub period: Duration,
-    /// All files that the configuration was read from, the mission's own first.
+    /// All files that it was read from.
+    pub sources: Sources,
+    /// The same as a recording keeps them, the mission's own first.
     pub recorded_sources: Vec<Source>,
+    /// What a person should know before anything moves.
+    pub remarks: Vec<Remark>,
 }
 
 impl Composed {
@@ -89,84 +91,25 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
     };
     let bus = Bus::open(mission.settings.links, &BusOptions { run: mission.settings.run.clone(), ..BusOptions::default() })?;
     let wall = mission.settings.clock == ClockKind::Wall;
-    let mut robots = Vec::new();
+    let (mut robots, mut remarks) = (Vec::new(), Vec::new());
     for (number, config) in mission.robots.iter().enumerate() {
         let builder = RobotBuilder { registry, config, number, arena: arena.as_ref(), streams, period, wall, bus: &bus };
-        robots.push(builder.build(&mut sources)?);
+        robots.push(builder.build(&mut sources, &mut remarks)?);
     }
     let main = sources.name(file).to_owned();
     let mut files: Vec<Source> =
         sources.files().into_iter().map(|(name, bytes)| Source { name: name.to_owned(), bytes: bytes.to_vec() }).collect();
     files.sort_by_key(|source| source.name != main);
-    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, recorded_sources: files })
-}
-
-fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {
-    let (section, plan, at): (_, WorldPlan, _) = match config.kind {
-        WorldKind::File => {
-            let section = Section::parse(sources, config.source)?;
-            let plan = validate::read(&section, sources)?;
-            (Some(section), plan, sources.start_of(config.source))
-        }
-        WorldKind::Map => (None, map_world(config), config.span.clone()),
-    };
-    let shared = RefCell::new(sources);
-    let read = |path: &Path| -> io::Result<Vec<u8>> {
-        let mut sources = shared.borrow_mut();
-        let source = sources.read_for(&path.to_string_lossy(), &at).map_err(|problem| io::Error::other(problem.to_string()))?;
-        Ok(sources.bytes(source).to_vec())
-    };
-    let world = World::from_plan(&plan, &read);
-    let sources = shared.into_inner();
-    let refuse = |at: &Span, message: String, hint: &str| {
-        let problem = Problem::new(sources, at, message, hint);
-        if *at == config.span { problem } else { problem.note(sources, &config.span, "the mission names this world here") }
-    };
-    let world = world.map_err(|error| {
-        let place = section.as_ref().and_then(|section| place_of(&error, section));
-        refuse(&place.unwrap_or_else(|| config.span.clone()), format!("the world does not work out: {error}"), hint_for(&error))
-    })?;
-    Ok(Arena::new(world, streams)
-        .map_err(|error| refuse(&config.span, error.to_string(), "bring its walls nearer to the origin"))?)
-}
-
-/// Where the element of a world file stands that an error is about; the very key, if the error begins with its name.
-fn place_of(error: &WorldError, file: &Section) -> Option<Span> {
-    let element = error.element()?;
-    let value = file.table().get(element.table)?;
-    let (table, span) = match (value.get_ref(), element.index) {
-        (Data::List(tables), Some(index)) => {
-            let table = tables.get(index)?;
-            (table.get_ref().as_table()?, table.span())
-        }
-        (Data::Table(table), None) => (table, value.span()),
-        _ => return None,
-    };
-    let key = match error {
-        WorldError::Element { problem, .. } => problem.split(' ').next().and_then(|word| table.get(word)),
-        _ => table.get("file"),
-    };
-    Some(key.map_or(span, |value| value.span()))
-}
-
-fn hint_for(error: &WorldError) -> &'static str {
-    match error.element().map(|element| element.table) {
-        Some("place") => "give the place another name, or move it into free space",
-        Some("person") => "move the waypoints away from walls and furniture by more than the person's radius",
-        Some("room" | "wall") => "correct its outline; a door stands on a wall, away from corners, with free space behind it",
-        Some("corridor" | "polygon" | "box" | "disc") => "correct its numbers; they are in metres and degrees",
-        Some("map" | "image") => "name a map that can be read, relative to the world's file",
-        _ => "correct the world's file",
-    }
-}
-
-/// A world that is nothing but a map.
-fn map_world(config: &WorldConfig) -> WorldPlan {
-    WorldPlan {
-        name: config.path.clone(),
-        map: Some(orienteer_hardware::world::plan::RosMap::of(&config.path)),
-        ..WorldPlan::default()
-    }
+    Ok(Composed {
+        settings: mission.settings,
+        record: mission.record,
+        robots,
+        arena,
+        period,
+        recorded_sources: files,
+        sources,
+        remarks,
+    })
 }
 
 struct RobotBuilder<'a> {
@@ -189,10 +132,13 @@ const FIRST_AGENT: u16 = 2;
 const EVERY_TRANSDUCER: f64 = 0.5;
 
 impl RobotBuilder<'_> {
-    fn build(&self, sources: &mut Sources) -> Result<RobotPlan, RunError> {
+    fn build(&self, sources: &mut Sources, remarks: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
         let (base, sonar) = self.open_devices(sources)?;
         let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
         let ring = sonar.ring().clone();
+        if let Some(text) = blind_spot(&base, &ring) {
+            Remark::note(remarks, &self.config.name, text);
+        }
         let context = self.context(&base, &ring);
         let mut nodes = vec![self.base_node(&context, base, &ring, sources)?];
         nodes.push(self.sonar_node(&context, sonar));
@@ -215,6 +161,7 @@ impl RobotBuilder<'_> {
             period: self.period,
             streams: self.streams,
             span: self.config.base.span.clone(),
+            start_span: self.config.start.as_ref().map(|start| start.span.clone()),
             sources,
             shared: None,
         };

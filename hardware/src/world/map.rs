@@ -19,6 +19,8 @@ mod fit;
 mod header;
 mod trace;
 
+use std::ops::Range;
+
 use image::{ImageReader, Limits, RgbaImage};
 use nalgebra::Point2;
 use orienteer_runtime::geometry::Pose;
@@ -59,11 +61,18 @@ pub enum Cell {
 #[derive(Debug, Error)]
 pub enum MapError {
     /// The YAML file is not YAML, lacks a key or has one of the wrong type.
-    #[error("{0}")]
-    Yaml(String),
+    #[error("{message}")]
+    Yaml {
+        /// Where, in bytes of the YAML file.
+        at: Range<usize>,
+        /// What is wrong there.
+        message: String,
+    },
     /// A number of the YAML file is out of range.
     #[error("{key} is {value}, not within {min} to {max}")]
     Range {
+        /// Where its key stands, in bytes of the YAML file.
+        at: Range<usize>,
         /// Which key.
         key: &'static str,
         /// What it says.
@@ -82,6 +91,17 @@ pub enum MapError {
         /// Largest coordinate allowed, m.
         reach: f64,
     },
+}
+
+impl MapError {
+    /// Where in the YAML file it is, in bytes; `None` if it is about the picture.
+    #[must_use]
+    pub fn place(&self) -> Option<Range<usize>> {
+        match self {
+            Self::Yaml { at, .. } | Self::Range { at, .. } => Some(at.clone()),
+            Self::Picture(_) | Self::TooFar { .. } => None,
+        }
+    }
 }
 
 /// A picture of a building, cell by cell.

@@ -1,9 +1,10 @@
 //! The YAML file of a map, and how it says to read the picture.
 
-use std::path::PathBuf;
+use std::{ops::Range, path::PathBuf};
 
 use orienteer_runtime::geometry::Pose;
 use serde::Deserialize;
+use serde_saphyr::{MessageFormatter, UserMessageFormatter};
 
 use super::{Cell, Grid, MapError, brightness, decode};
 
@@ -47,10 +48,17 @@ impl Header {
     /// # Errors
     /// [`MapError::Yaml`] if it lacks a key or is no YAML, [`MapError::Range`] if a number makes no sense.
     pub fn parse(yaml: &[u8]) -> Result<Self, MapError> {
-        let text = str::from_utf8(yaml).map_err(|e| MapError::Yaml(e.to_string()))?;
-        let header: Self = serde_saphyr::from_str(text).map_err(|e| MapError::Yaml(e.to_string()))?;
-        let within = |key, value: f64, min, max| {
-            if (min..=max).contains(&value) { Ok(()) } else { Err(MapError::Range { key, value, min, max }) }
+        let text = str::from_utf8(yaml).map_err(|error| {
+            let at = error.valid_up_to()..error.valid_up_to() + 1;
+            MapError::Yaml { at, message: "this is no text (UTF-8)".to_owned() }
+        })?;
+        let header: Self = serde_saphyr::from_str(text).map_err(|error| {
+            let message = UserMessageFormatter.format_message(error.without_snippet()).into_owned();
+            MapError::Yaml { at: place_of(&error), message }
+        })?;
+        let within = |key: &'static str, value: f64, min, max| {
+            let at = key_of(text, key.split(' ').next().unwrap_or_default());
+            if (min..=max).contains(&value) { Ok(()) } else { Err(MapError::Range { at, key, value, min, max }) }
         };
         within("resolution", header.resolution, 0.001, 5.0)?;
         within("negate", header.negate as f64, 0.0, 1.0)?;
@@ -92,4 +100,19 @@ impl Header {
             Cell::Unknown
         }
     }
+}
+
+fn place_of(error: &serde_saphyr::Error) -> Range<usize> {
+    let place = error.location().and_then(|location| {
+        let span = location.span();
+        Some((usize::try_from(span.byte_offset()?).ok()?, usize::try_from(span.byte_len()?).ok()?))
+    });
+    place.map_or(0..0, |(start, length)| start..start + length)
+}
+
+/// Where a key of the outermost table stands.
+fn key_of(text: &str, key: &str) -> Range<usize> {
+    let is_key = |line: &&str| line.strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(':'));
+    let line = text.lines().find(is_key).map_or(0, |line| line.as_ptr() as usize - text.as_ptr() as usize);
+    line..line + key.len()
 }
