@@ -100,6 +100,19 @@ enum Command {
     Reproduce(ReproduceArguments),
 }
 
+impl Command {
+    fn answers_in_json(&self) -> bool {
+        match self {
+            Command::Run(arguments) => arguments.json,
+            Command::Check(arguments) => arguments.json,
+            Command::List(arguments) => arguments.json,
+            Command::Why(arguments) => arguments.json,
+            Command::Reproduce(arguments) => arguments.json,
+            Command::Schema | Command::Verify(_) | Command::Map(_) => false,
+        }
+    }
+}
+
 /// What `run` takes.
 #[derive(Debug, Args)]
 pub struct RunArguments {
@@ -211,6 +224,7 @@ pub struct ReproduceArguments {
 /// Carries out a command.
 pub fn main(arguments: Arguments) -> ExitCode {
     progress::start_logging(arguments.verbose, arguments.quiet);
+    let json = arguments.command.answers_in_json();
     let outcome = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
@@ -221,7 +235,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Map(arguments) => map::map(&arguments),
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
     };
-    outcome.unwrap_or_else(Refusal::tell).into()
+    outcome.unwrap_or_else(|refusal| refusal.tell(json)).into()
 }
 
 fn factor(text: &str) -> Result<f64, String> {

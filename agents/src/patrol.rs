@@ -175,6 +175,9 @@ async fn leave(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
         return pilot.rotate(PI, config.turn_rate).await;
     }
     let gaps = cross(pilot, config, eyes, report).await?;
+    if gaps.held {
+        return pilot.rotate(PI, config.turn_rate).await;
+    }
     let (side, turn) = match way {
         Way::Left => (0, FRAC_PI_2),
         Way::Right => (1, -FRAC_PI_2),
@@ -199,6 +202,8 @@ struct Gaps {
     driven: f64,
     /// True if something ahead ended it.
     blocked: bool,
+    /// True if the base was kept from going on by something that nobody sees.
+    held: bool,
 }
 
 /// Drives on until both sides are walls again, or something is ahead.
@@ -228,10 +233,10 @@ async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
         if gaps.driven - moved.0 > 0.01 {
             moved = (gaps.driven, pilot.now());
         }
-        // Something that the front does not see may keep the base from going on.
-        gaps.blocked = near_ahead >= BELIEVED || pilot.now().since(moved.1) > HINDERED;
+        gaps.blocked = near_ahead >= BELIEVED;
+        gaps.held = !gaps.blocked && pilot.now().since(moved.1) > HINDERED;
         let closed = walls.iter().all(|count| *count >= BELIEVED) && gaps.driven > 2.0 * INTO_PORT;
-        if closed || gaps.blocked || gaps.driven > WIDEST {
+        if closed || gaps.blocked || gaps.held || gaps.driven > WIDEST {
             if gaps.blocked {
                 // What is ahead is the far wall of the way to the side.
                 for (_, to) in gaps.sides.iter_mut().flatten().filter(|(_, to)| gaps.driven - *to < 0.1) {
