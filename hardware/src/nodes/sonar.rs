@@ -115,3 +115,6 @@ impl Behaviour for SonarNode {
         last_words.fact("scans", self.count as f64);
     }
 }
+
+#[cfg(test)]
+mod tests;
