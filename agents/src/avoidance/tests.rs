@@ -55,7 +55,18 @@ fn person(from: Point2<f64>, velocity: Vector2<f64>) -> impl Fn(f64, Pose) -> Op
 }
 
 /// Drives for some seconds with a twist through a world, quantised as Huey's sonar is, and looks round after each step.
-fn drive(twist: Twist, seconds: f64, world: &World, mut look: impl FnMut(&Surroundings, &Odometry)) {
+fn drive(twist: Twist, seconds: f64, world: &World, look: impl FnMut(&Surroundings, &Odometry)) {
+    drive_with(twist, seconds, world, |_| None, look);
+}
+
+/// The same, with odometry that slips in after the right one of a step.
+fn drive_with(
+    twist: Twist,
+    seconds: f64,
+    world: &World,
+    slip: impl Fn(&Odometry) -> Option<Odometry>,
+    mut look: impl FnMut(&Surroundings, &Odometry),
+) {
     let ring = ring();
     let mut around = Surroundings::new(ring.clone(), RADIUS);
     let pose_at = |time: f64| Pose::default().along_arc(twist.linear * time, twist.angular * time);
@@ -63,6 +74,9 @@ fn drive(twist: Twist, seconds: f64, world: &World, mut look: impl FnMut(&Surrou
         let now = f64::from(step) * STEP;
         let odometry = Odometry { stamp: Time::from_secs_f64(now), pose: pose_at(now), twist, ..Odometry::default() };
         around.moved(&odometry);
+        if let Some(slipped) = slip(&odometry) {
+            around.moved(&slipped);
+        }
         for time in [now - 0.025, now] {
             let hear = |transducer: &Transducer| match world(time, pose_at(time).then(transducer.mount)) {
                 Some(range) if range < ring.max_range => Echo::Range((((range / 0.03048).floor() * 0.03048) as f32).max(0.01)),
@@ -167,4 +181,29 @@ fn nobody_means_no_step_aside() {
     drive(Twist::new(0.05, 0.0), 6.0, &wall(1.2, 0.4), |around, odometry| {
         assert_eq!(evasion.step(odometry.stamp, &config, around, odometry), Move::Nothing);
     });
+}
+
+/// One number that is none would stay in the history, and nobody would be seen to come any more.
+#[test]
+fn odometry_that_is_not_a_number_leaves_no_trace() {
+    let states = |spoil: Option<fn(&mut Odometry)>| {
+        let slip = |odometry: &Odometry| {
+            let mut slipped = Odometry { stamp: odometry.stamp + Duration::from_millis(10), ..*odometry };
+            spoil.filter(|_| (odometry.stamp.as_secs_f64() - 1.0).abs() < 0.01)?(&mut slipped);
+            Some(slipped)
+        };
+        let comer = person(Point2::new(3.5, 0.0), Vector2::new(-0.4, 0.0));
+        let mut states = Vec::new();
+        drive_with(Twist::new(0.3, 0.1), 2.0, &comer, slip, |around, _| states.push(format!("{around:?}")));
+        states
+    };
+    let undisturbed = states(None);
+    let nonsense: [fn(&mut Odometry); 3] = [
+        |odometry| odometry.pose.x = f64::NAN,
+        |odometry| odometry.pose.heading = f64::INFINITY,
+        |odometry| odometry.twist.linear = f64::NAN,
+    ];
+    for (i, spoil) in nonsense.into_iter().enumerate() {
+        assert!(states(Some(spoil)) == undisturbed, "nonsense {i} has left a trace");
+    }
 }
