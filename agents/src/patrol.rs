@@ -284,3 +284,6 @@ impl Agent for Patrol {
         Ok(Self { script, places })
     }
 }
+
+#[cfg(test)]
+mod tests;
