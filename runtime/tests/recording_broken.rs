@@ -275,6 +275,26 @@ fn a_disk_that_is_full_from_the_start_is_told() {
     assert!(error.starts_with("cannot write the recording `/dev/full`: "), "{error}");
 }
 
+/// Two runs into one file would leave what nobody can read, and the second must not cut off what the first has written.
+#[test]
+fn a_second_recorder_is_refused_and_leaves_the_file_to_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let start = || Recorder::start(Sink::File(path.clone()), &made_up::mission(1), ChunkLimits::default());
+    let mut first = start().unwrap();
+    let error = start().unwrap_err().to_string();
+    let expected = format!("cannot create the recording `{}`: another run records into it", path.display());
+    assert_eq!(error, expected);
+    made_up::run(&mut first, 1, 40);
+    first.finish().unwrap();
+    let reader = Reader::open(&path).unwrap();
+    assert_eq!(*reader.ending(), Ending::Complete);
+    assert_decisions(&reader, 40);
+    // The file is free again, and is replaced as before.
+    start().unwrap().finish().unwrap();
+    assert_decisions(&Reader::open(&path).unwrap(), 0);
+}
+
 /// The file is a pipe whose reader goes away in the middle of the run.
 #[cfg(unix)]
 #[test]
