@@ -44,6 +44,7 @@ told! {
     not_a_number: with("clearance = 0.5", "clearance = nan");
     fraction_for_whole: with("threads = 2", "threads = 2.5");
     name_of_run: with("links = \"shared\"", "run = \"my run\"");
+    name_that_leaves_the_directory: with("name = \"office floor\"", "name = \"../evil\"");
     run_nobody_can_attach_to: with("links = \"shared\"", "links = \"local\"\nrun = \"office\"");
     unknown_choice: with("links = \"shared\"", "links = \"shard\"");
     unknown_variant: with("kind = \"retreat\"", "kind = \"retreet\"");
