@@ -127,3 +127,6 @@ impl Started {
         self.0.map(|started| started.elapsed())
     }
 }
+
+#[cfg(test)]
+mod tests;
