@@ -154,6 +154,23 @@ fn what_cannot_be_written_is_told() {
     assert!(code == 3 && errors.contains("office-floor.png") && out.contains("ann"), "{code} {errors}");
 }
 
+/// A slip of the hand must not cost somebody the mission: its file, or one that it names, is no place for a recording.
+#[test]
+fn a_recording_over_a_file_of_the_mission_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("worlds")).unwrap();
+    for file in ["hallway.toml", "worlds/hallway.toml"] {
+        fs::copy(repository().join("configs").join(file), folder.path().join(file)).unwrap();
+    }
+    for file in ["hallway.toml", "worlds/../hallway.toml", "worlds/hallway.toml"] {
+        let before = fs::read(folder.path().join(file)).unwrap();
+        let (code, out, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1", "--record", file]);
+        assert_eq!((code, out.as_str()), (2, ""), "{file}: {errors}");
+        assert!(errors.contains(&format!("`--record {file}`")) && errors.contains("help"), "{errors}");
+        assert!(fs::read(folder.path().join(file)).unwrap() == before, "{file} has changed");
+    }
+}
+
 #[test]
 fn log_lines_are_shown_on_demand() {
     let folder = tempfile::tempdir().unwrap();
