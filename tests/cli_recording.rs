@@ -23,6 +23,8 @@ fn a_recording_says_why() {
     assert_eq!((code, &moment["robot"], &moment["decided_s"]), (0, &"ann".into(), &10.0.into()));
     assert_eq!(moment["clients"]["avoidance"], 10, "priorities are those of the configuration");
     assert!(moment["base"]["holder"].is_string());
+    let limit = &moment["base"]["limit_m_s"];
+    assert!(limit.is_null() || limit.as_f64().is_some_and(|limit| limit < 10.0), "{limit}");
 
     let refused = |arguments: &[&str], hint: &str| {
         let (code, out, errors) = call(folder.path(), arguments);
@@ -58,6 +60,11 @@ fn a_recording_is_verified() {
         let (code, out, errors) = verify("cut.mcap");
         assert_eq!((code, errors.as_str()), (1, ""), "{out}");
         assert!(out.starts_with("incomplete") && out.contains("cut off") && out.contains(left), "{out}");
+    }
+    // Whoever looks into it learns that something is missing.
+    for arguments in [&["why", "cut.mcap", "--robot", "ann", "--at", "20"][..], &["map", "cut.mcap", "--out", "maps"]] {
+        let (code, _, errors) = call(folder.path(), arguments);
+        assert!(code == 0 && errors.contains("cut off") && errors.contains("up to 0:29.950"), "{errors}");
     }
 
     // One flipped bit never passes, wherever it is, and nothing panics.

@@ -166,9 +166,15 @@ fn a_recording_over_a_file_of_the_mission_is_refused() {
         let before = fs::read(folder.path().join(file)).unwrap();
         let (code, out, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1", "--record", file]);
         assert_eq!((code, out.as_str()), (2, ""), "{file}: {errors}");
-        assert!(errors.contains(&format!("`--record {file}`")) && errors.contains("help"), "{errors}");
+        assert!(errors.contains(&format!("`{file}` would overwrite")) && errors.contains("help"), "{errors}");
         assert!(fs::read(folder.path().join(file)).unwrap() == before, "{file} has changed");
     }
+    let mission = folder.path().join("hallway.toml");
+    let text = fs::read_to_string(&mission).unwrap() + "\n[record]\nfile = \"../hallway.toml\"\n";
+    fs::write(&mission, &text).unwrap();
+    let (code, _, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1"]);
+    assert!(code == 2 && errors.contains("would overwrite"), "{code} {errors}");
+    assert!(fs::read_to_string(&mission).unwrap() == text, "the mission has changed");
 }
 
 #[test]

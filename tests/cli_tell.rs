@@ -118,3 +118,44 @@ fn experiments_are_told_to_programs() {
     assert_eq!(report["suite"], "echo");
     assert!(report["rows"].as_array().unwrap().iter().all(|row| row["holds"].is_boolean() && row["measured"].is_number()));
 }
+
+/// What a program asked for must reach it, or the exit code has to say that it did not.
+#[test]
+fn an_answer_that_gets_lost_is_a_failure() {
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_orienteer")).args(["list", "--json"]).stdout(full).output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(3) && errors.contains("the answer can't be written"), "{errors}");
+}
+
+#[test]
+fn programs_are_told_of_refusals_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["run", "no.toml"][..], &["check", "no.toml"], &["why", "no.mcap", "--at", "1"]] {
+        let (code, out, errors) = call(folder.path(), &[arguments, &["--json"]].concat());
+        let answer: Value = serde_json::from_str(&out).unwrap();
+        assert_eq!((code, &answer["ok"], errors.as_str()), (2, &false.into(), ""), "{arguments:?}");
+        assert!(answer["problems"][0]["message"].as_str().is_some_and(|message| message.contains("no.")), "{answer}");
+    }
+}
+
+/// A ring that leaves part of the way unheard is allowed, but nobody should learn of it from an accident.
+#[test]
+fn blind_spots_are_remarked_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = |name: &str, x: u8, ring: &str| {
+        format!(
+            "[[robot]]\nname = \"{name}\"\nstart = {{ x = {x}, y = 3 }}\nbase = {{ driver = \"sim\" }}\nsonar = {{ driver = \"sim\", ring = \"{ring}\" }}\n"
+        )
+    };
+    let robots = [robot("ann", 2, "luey-8-square"), robot("bob", 4, "denning-16"), robot("cy", 6, "luey-8-square")].concat();
+    fs::write(folder.path().join("hall.toml"), "[[room]]\ncorners = [[0, 0], [8, 6]]\n").unwrap();
+    fs::write(folder.path().join("a.toml"), format!("[world]\nfile = \"hall.toml\"\n{robots}")).unwrap();
+    let (code, out, _) = call(folder.path(), &["check", "a.toml"]);
+    assert!(code == 0 && out.contains("remark: ann, cy: no beam of `luey-8-square`"), "{out}");
+    let (_, out, _) = call(folder.path(), &["check", "a.toml", "--json"]);
+    let answer: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(answer["remarks"].as_array().map(Vec::len), Some(1));
+    let (code, _, errors) = call(folder.path(), &["run", "a.toml", "--for", "1", "--no-record"]);
+    assert!(code == 0 && errors.contains("no beam of `luey-8-square`"), "{errors}");
+}

@@ -15,6 +15,7 @@ use orienteer_runtime::{
     geometry::{Pose, Twist},
     random::Streams,
     time::Time,
+    topics::flags,
 };
 
 fn arena(plan: &str) -> Arc<Arena> {
@@ -65,8 +66,9 @@ fn bodies_are_shown_where_they_stood_at_the_end_of_the_step() {
     assert!((after.0.x - before.0.x - 0.8).abs() < 0.2 && (after.1.x - before.1.x - 2.0).abs() < 1e-9, "{after:?}");
 }
 
-/// How often a robot has collided after each leg (m/s and s) of a drive that begins 70 cm before a wall.
-fn collisions_after(legs: &[(Twist, f64)]) -> Vec<u32> {
+/// How often a robot has collided after each leg (m/s and s) of a drive that begins 70 cm before a wall, and whether its bumper
+/// is pressed.
+fn after_each(legs: &[(Twist, f64)]) -> Vec<(u32, bool)> {
     let arena = arena("[[room]]\ncorners = [[0, 0], [20, 8]]");
     let body = robot(&arena, "driver", Pose::new(19.0, 4.0, 0.0));
     let mut body = body.lock().unwrap();
@@ -76,22 +78,23 @@ fn collisions_after(legs: &[(Twist, f64)]) -> Vec<u32> {
             let next = body.now() + Duration::from_millis(50);
             body.advance(next);
         }
-        body.truth().collisions
+        (body.truth().collisions, body.odometry().flags & flags::CONTACT != 0)
     });
     counted.collect()
 }
 
-/// Who stands at what it has hit and is told to go on, or rocks to and fro there, has not driven into anything new.
+/// Who stands at what it has hit and is told to go on has not driven into anything new, and its bumper stays pressed.
 #[test]
 fn pushing_again_at_what_was_hit_is_the_same_collision() {
-    let (on, back) = (Twist::new(0.4, 0.0), Twist::new(-0.1, 0.0));
-    let legs = [(on, 3.0), (Twist::STOP, 0.5), (on, 1.0), (back, 0.3), (on, 1.0), (back, 0.3), (on, 1.0)];
-    assert_eq!(collisions_after(&legs), [1; 7]);
+    let (on, turn) = (Twist::new(0.4, 0.0), Twist::new(0.0, 0.5));
+    let legs = [(on, 3.0), (Twist::STOP, 0.5), (on, 1.0), (turn, 0.5), (on, 1.0)];
+    assert_eq!(after_each(&legs), [(1, true); 5]);
 }
 
-/// The count must not stay at one for good: the same wall farther on is another collision.
+/// The count must not stay at one for good: who has come away and returns drives into it once more, here or elsewhere.
 #[test]
-fn driving_into_something_elsewhere_is_another_collision() {
+fn coming_back_is_another_collision() {
     let (on, back, aside) = (Twist::new(0.4, 0.0), Twist::new(-0.4, 0.0), Twist::new(0.0, 0.5));
-    assert_eq!(collisions_after(&[(on, 3.0), (back, 2.0), (aside, 0.6), (on, 4.0)]), [1, 1, 1, 2]);
+    let legs = [(on, 3.0), (back, 2.0), (on, 3.0), (back, 2.0), (aside, 0.6), (on, 4.0)];
+    assert_eq!(after_each(&legs), [(1, true), (1, false), (2, true), (2, false), (2, false), (3, true)]);
 }

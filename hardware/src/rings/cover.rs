@@ -13,7 +13,7 @@ const PLACES: usize = 400;
 /// use orienteer_hardware::rings::{find, widest_gap};
 ///
 /// let ring = |name| find(name).expect("a known name").ring;
-/// assert_eq!(widest_gap(&ring("denning-16"), 0.3, 0.5), 0.0);
+/// assert!(widest_gap(&ring("denning-16"), 0.3, 0.5) < 0.02);
 /// assert!(widest_gap(&ring("luey-8-square"), 0.3, 0.2) > 0.1);
 /// ```
 #[must_use]

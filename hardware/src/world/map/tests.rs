@@ -175,10 +175,16 @@ fn the_origin_is_the_lower_left_corner_and_its_yaw_counts() {
 }
 
 #[test]
-fn a_wrong_header_says_which_key() {
-    let wrong = |text: &str| Header::parse(text.as_bytes()).unwrap_err().to_string();
-    assert!(wrong("image: a.pgm\nresolution: 0.05\n").contains("origin"), "{}", wrong("image: a.pgm\nresolution: 0.05\n"));
+fn a_wrong_header_says_what_and_where() {
+    let wrong = |text: &str| {
+        let error = Header::parse(text.as_bytes()).unwrap_err();
+        (error.to_string(), text[error.place().unwrap()].to_owned())
+    };
+    assert!(wrong("image: a.pgm\nresolution: 0.05\n").0.contains("origin"));
     let text = "image: a\nresolution: -1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2";
-    assert_eq!(wrong(text), "resolution is -1, not within 0.001 to 5");
-    assert!(wrong(&text.replace("-1", "wide")).contains("resolution") || wrong(&text.replace("-1", "wide")).contains("line 2"));
+    assert_eq!(wrong(text), ("resolution is -1, not within 0.001 to 5".into(), "resolution".into()));
+    assert_eq!(wrong(&text.replace("-1", "wide")).1, "wide");
+    assert_eq!(wrong(&text.replace("-1", "1").replace("[0, 0, 0]", "[0, 0, 9]")).1, "origin");
+    let place = Header::parse(b"image: \xff\xfe").unwrap_err().place();
+    assert_eq!(place, Some(7..8), "no text at all");
 }

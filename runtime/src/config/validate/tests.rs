@@ -93,6 +93,11 @@ struct Everything {
     ring: Option<String>,
     #[schemars(extend("x-non-finite" = true))]
     endless: f64,
+    #[schemars(extend("x-instead-of" = "ring"))]
+    own_ring: Option<Curve>,
+    from: f64,
+    #[schemars(extend("x-above" = "from"))]
+    to: Option<f64>,
 }
 
 impl Default for Everything {
@@ -121,6 +126,9 @@ impl Default for Everything {
             short: "abc".into(),
             ring: None,
             endless: 1.0,
+            own_ring: None,
+            from: 0.0,
+            to: None,
         }
     }
 }
@@ -172,6 +180,8 @@ fn all_that_is_valid_is_read() {
         short = "äöüß"
         ring = "luey-8"
         endless = inf
+        from = 1
+        to = 2.5
         "#,
     )
     .unwrap();
@@ -199,6 +209,9 @@ fn all_that_is_valid_is_read() {
         short: "äöüß".into(),
         ring: Some("luey-8".into()),
         endless: f64::INFINITY,
+        from: 1.0,
+        to: Some(2.5),
+        ..Everything::default()
     };
     assert_eq!(read, wanted);
     assert_eq!(try_read("").unwrap(), Everything::default());
@@ -254,7 +267,7 @@ fn keys() {
     );
     assert_eq!(
         told("width = 1"),
-        "1: unknown key `width` in the file (hint: remove it, or use one of the keys known here: `speed`, `count`, `big`, `signed`, `turn`, `maybe_turn`, `side`, `maybe_side`, `plain`, `outer`, `maybe`, `forgetful`, `point`, `triple`, `words`, `set` and 7 more)"
+        "1: unknown key `width` in the file (hint: remove it, or use one of the keys known here: `speed`, `count`, `big`, `signed`, `turn`, `maybe_turn`, `side`, `maybe_side`, `plain`, `outer`, `maybe`, `forgetful`, `point`, `triple`, `words`, `set` and 10 more)"
     );
     assert_eq!(
         told("a = 1"),
@@ -305,6 +318,18 @@ fn lists_and_texts() {
     assert_eq!(told("short = \"\""), "9: `short` is empty (hint: give 1 to 4 characters; the default is \"abc\")");
     assert!(told("short = \"abcde\"").contains("has 5 characters, not 1 to 4"));
     assert!(told("letter = \"ab\"").contains("has 2 characters, not exactly 1"));
+}
+
+#[test]
+fn values_that_contradict_each_other() {
+    assert_eq!(
+        told("own_ring.radius = 2\nring = \"luey-8\""),
+        "1: `own_ring` stands beside `ring`, but takes its place (hint: remove `own_ring` or `ring`)"
+    );
+    assert!(try_read("own_ring.radius = 2").is_ok() && try_read("to = -3").is_ok());
+    let hint = "(hint: give a number above `from`, or exchange the two)";
+    assert_eq!(told("to = 1\nfrom = 2.5"), format!("6: `to` = 1 is not above `from` = 2.5 {hint}"));
+    assert_eq!(told("to = 1\nfrom = 1"), format!("6: `to` = 1 is not above `from` = 1 {hint}"));
 }
 
 #[test]
