@@ -47,8 +47,8 @@ Exit codes:
        a row of `reproduce` falls short
   2    the command line or the configuration is wrong; nothing was run
   3    something failed while it ran: a link, a thread, a file
-  130  stopped by Ctrl-C; `run` has stopped all bases, closed the recording
-       and printed the summary";
+  130  stopped by Ctrl-C, SIGTERM or SIGHUP; `run` has stopped all bases,
+       closed the recording and printed the summary";
 
 /// Missions may not last longer, s: a month, as in configurations.
 const LONGEST: f64 = 2_678_400.0;
@@ -64,7 +64,7 @@ pub enum Outcome {
     Misused,
     /// Something failed while it ran.
     Failed,
-    /// Stopped by Ctrl-C.
+    /// Stopped by Ctrl-C or another signal.
     Interrupted,
 }
 

@@ -3,13 +3,9 @@
 
 mod cli_support;
 
-use std::{
-    fs,
-    io::{BufRead, BufReader, Read},
-    process::{Command, Stdio},
-};
+use std::{fs, process::Command};
 
-use cli_support::{call, fits, orienteer, repository};
+use cli_support::{call, fits, repository};
 use orienteer::runtime::recording::{Ending, Reader};
 use serde_json::Value;
 
@@ -190,37 +186,6 @@ fn log_lines_are_shown_on_demand() {
     assert_eq!(errors(&["-q"]), "");
     assert!(errors(&["-v"]).contains("INFO"));
     assert!(errors(&["-vv"]).contains("DEBUG"));
-}
-
-/// Sends a signal to a mission at five times real time, once it has begun.
-#[test]
-fn ctrl_c_ends_a_mission_in_good_order() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut child = Command::new(orienteer(folder.path()).get_program())
-        .args(["run", "--speed", "5", "--out", "out", "-v"])
-        .current_dir(folder.path())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // The first log line says that the mission is under way.
-    let mut errors = BufReader::new(child.stderr.take().unwrap());
-    let mut line = String::new();
-    errors.read_line(&mut line).unwrap();
-    assert!(line.contains("INFO"), "{line}");
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let mut out = String::new();
-    child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
-    let mut rest = String::new();
-    errors.read_to_string(&mut rest).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
-    assert!(out.contains("stopped by Ctrl-C") && out.contains("ann") && out.contains("bob"), "{out}");
-
-    let recording = folder.path().join("out/office-floor.mcap");
-    assert_eq!(*Reader::open(&recording).unwrap().ending(), Ending::Complete);
-    let (code, out, errors) = call(folder.path(), &["verify", "out/office-floor.mcap"]);
-    assert_eq!(code, 0, "{out}{errors}");
 }
 
 /// The log is not part of this repository. Where it is absent, the program must say what to do.

@@ -51,26 +51,31 @@ impl Clock {
     /// Goes on to the next step and returns how long to wait for it.
     pub fn advance(&mut self) -> Duration {
         self.tick += 1;
-        let elapsed = self.started.elapsed();
-        let due = match self.pace {
-            Pace::AsFastAsPossible => return Duration::ZERO,
-            Pace::Factor(factor) => self.simulated().since(Time::START).div_f64(factor.max(1e-6)),
-            Pace::Wall => {
-                let late = elapsed.saturating_sub(self.simulated().since(Time::START));
-                let skipped = (late.as_nanos() / self.period.as_nanos().max(1)) as u64;
-                self.tick += skipped;
-                self.missed += skipped;
-                self.simulated().since(Time::START)
-            }
-        };
-        due.saturating_sub(elapsed)
+        if self.pace == Pace::Wall {
+            let late = self.started.elapsed().saturating_sub(self.due());
+            let skipped = (late.as_nanos() / self.period.as_nanos().max(1)) as u64;
+            self.tick += skipped;
+            self.missed += skipped;
+        }
+        self.remaining()
+    }
+
+    /// How long to wait for the step that comes next; nothing if it is due.
+    #[must_use]
+    pub fn remaining(&self) -> Duration {
+        if self.pace == Pace::AsFastAsPossible { Duration::ZERO } else { self.due().saturating_sub(self.started.elapsed()) }
+    }
+
+    /// Real time from the start to the step that comes next.
+    fn due(&self) -> Duration {
+        let simulated = self.simulated().since(Time::START);
+        if let Pace::Factor(factor) = self.pace { simulated.div_f64(factor.max(1e-6)) } else { simulated }
     }
 
     /// Starts simulated time anew at the current step, so that a pause is not made up for.
     pub fn resume(&mut self) {
-        if let Pace::Factor(factor) = self.pace {
-            let due = self.simulated().since(Time::START).div_f64(factor.max(1e-6));
-            self.started = Instant::now().checked_sub(due).unwrap_or_else(Instant::now);
+        if let Pace::Factor(_) = self.pace {
+            self.started = Instant::now().checked_sub(self.due()).unwrap_or_else(Instant::now);
         }
     }
 

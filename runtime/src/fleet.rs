@@ -10,11 +10,13 @@ mod conductor;
 mod control;
 mod crew;
 mod pulse;
+mod signals;
 
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
 pub(crate) use pulse::{Died, Pulse};
+pub use signals::asked_to_end;
 
 use crate::{
     clock::Pace,

@@ -1,19 +1,19 @@
 //! `orienteer reproduce`: every figure that is claimed, measured again.
 
 use std::{
-    future::poll_fn,
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicUsize, Ordering},
     },
-    task::Poll,
     thread,
     time::{Duration, Instant},
 };
 
-use orienteer::reproduce::{Effort, Row, SUITES, Suite};
+use orienteer::{
+    reproduce::{Effort, Row, SUITES, Suite},
+    runtime::fleet::asked_to_end,
+};
 use serde::Serialize;
-use tokio::signal::unix::{SignalKind, signal};
 
 use super::{
     Outcome, Refusal, ReproduceArguments,
@@ -152,19 +152,8 @@ impl Interruption {
 
     fn watch(&self) {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
-        let heard = runtime.block_on(async {
-            // Missions leave handlers of both signals behind, so nobody else would end the program.
-            let mut interrupt = signal(SignalKind::interrupt()).ok()?;
-            let mut terminate = signal(SignalKind::terminate()).ok()?;
-            poll_fn(|context| match (interrupt.poll_recv(context), terminate.poll_recv(context)) {
-                (Poll::Pending, Poll::Pending) => Poll::Pending,
-                _ => Poll::Ready(Some(())),
-            })
-            .await
-        });
-        if heard.is_none() {
-            return;
-        }
+        // Missions leave handlers of these signals behind, so nobody else would end the program.
+        let Ok(signal) = runtime.block_on(asked_to_end()) else { return };
         self.happened.store(true, Ordering::Relaxed);
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let since = Instant::now();
@@ -172,7 +161,7 @@ impl Interruption {
             thread::sleep(Duration::from_millis(20));
         }
         progress::clear();
-        style::complain_of("stopped by Ctrl-C");
+        style::complain_of(&format!("stopped: {signal}"));
         std::process::exit(130);
     }
 

@@ -106,7 +106,7 @@ impl Summary {
 
     fn heading(&self, paint: Paint) -> String {
         let end = match self.ended {
-            "stopped" => paint.bad(" - stopped by Ctrl-C"),
+            "stopped" => paint.bad(" - stopped by Ctrl-C or a signal"),
             "all-done" => " - all robots are done".to_owned(),
             _ => String::new(),
         };

@@ -128,7 +128,7 @@ fn interrupted(outcome: &mission::Outcome, reader: &Reader) -> bool {
 }
 
 fn stopped() -> Outcome {
-    style::complain_of("stopped by Ctrl-C before the recordings could be compared");
+    style::complain_of("stopped before the recordings could be compared");
     Outcome::Interrupted
 }
 

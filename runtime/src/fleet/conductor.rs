@@ -1,6 +1,6 @@
 //! The mission's thread: shares the robots out, steps the crews, keeps time and the recording.
 
-use std::{future::poll_fn, ops::ControlFlow, task::Poll, time::Duration};
+use std::{ops::ControlFlow, time::Duration};
 
 use actix::{Actor, Addr, Arbiter, AsyncContext, Context, Handler, Message};
 use tokio::sync::oneshot;
@@ -8,6 +8,7 @@ use tokio::sync::oneshot;
 use super::{
     Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse,
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
+    signals,
 };
 use crate::{
     clock::{Clock, Stopwatch},
@@ -18,6 +19,8 @@ use crate::{
 
 /// How often a paused fleet looks whether it may go on.
 const PAUSE_POLL: Duration = Duration::from_millis(20);
+/// How often a fleet whose steps are far apart looks whether it is to stop.
+const STOP_POLL: Duration = Duration::from_millis(100);
 
 /// Runs a fleet on the current actor system.
 pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> {
@@ -114,17 +117,13 @@ fn share_out(robots: Vec<RobotPlan>, threads: usize) -> Vec<Vec<(usize, RobotPla
 }
 
 async fn stop_on_signal(control: FleetControl) {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (Ok(mut interrupt), Ok(mut terminate)) = (signal(SignalKind::interrupt()), signal(SignalKind::terminate())) else {
-        tracing::warn!("can't listen for signals; Ctrl-C will kill the mission instead of ending it");
-        return;
-    };
-    poll_fn(|context| match (interrupt.poll_recv(context), terminate.poll_recv(context)) {
-        (Poll::Pending, Poll::Pending) => Poll::Pending,
-        _ => Poll::Ready(()),
-    })
-    .await;
-    control.stop();
+    match signals::asked_to_end().await {
+        Ok(signal) => {
+            tracing::info!("{signal}: the mission ends");
+            control.stop();
+        }
+        Err(error) => tracing::warn!("can't listen for signals, Ctrl-C will kill the mission instead of ending it: {error}"),
+    }
 }
 
 /// Collects the last words, with which the bases stop; only then the recording may keep anybody waiting.
@@ -229,6 +228,7 @@ impl Conductor {
             Some(why) => self.end(now, why, None),
             None => {
                 self.record();
+                self.clock.advance();
                 self.wait_for_next(context);
             }
         }
@@ -244,12 +244,13 @@ impl Conductor {
         }
     }
 
+    /// Begins the next step when it is due, or at once if it is to be the last.
     fn wait_for_next(&mut self, context: &mut Context<Self>) {
-        let pause = self.clock.advance();
-        if pause > Duration::ZERO {
-            context.run_later(pause, |conductor, context| conductor.begin_step(context));
-        } else {
+        let pause = self.clock.remaining();
+        if pause.is_zero() || self.control.is_stopped() {
             self.begin_step(context);
+        } else {
+            context.run_later(pause.min(STOP_POLL), Self::wait_for_next);
         }
     }
 
