@@ -86,8 +86,8 @@ enum Command {
     Run(RunArguments),
     /// Check a configuration without running it
     Check(CheckArguments),
-    /// Print the JSON schema of configurations, for editors
-    Schema,
+    /// Print the JSON schema of missions or worlds, for editors
+    Schema(SchemaArguments),
     /// List agents, drivers, platforms, rings, worlds and suites
     List(ListArguments),
     /// Say why a robot did what it did at a time of a recording
@@ -108,7 +108,7 @@ impl Command {
             Command::List(arguments) => arguments.json,
             Command::Why(arguments) => arguments.json,
             Command::Reproduce(arguments) => arguments.json,
-            Command::Schema | Command::Verify(_) | Command::Map(_) => false,
+            Command::Schema(_) | Command::Verify(_) | Command::Map(_) => false,
         }
     }
 }
@@ -152,6 +152,14 @@ pub struct CheckArguments {
     /// Print the problems as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// What `schema` takes.
+#[derive(Debug, Args)]
+pub struct SchemaArguments {
+    /// mission or world
+    #[arg(hide_possible_values = true, hide_default_value = true, default_value = "mission", value_parser = ["mission", "world"])]
+    pub of: String,
 }
 
 /// What `list` takes.
@@ -228,7 +236,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
     let outcome = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Check(arguments) => check::check(&arguments),
-        Command::Schema => check::schema(),
+        Command::Schema(arguments) => check::schema(&arguments),
         Command::List(arguments) => list::list(&arguments),
         Command::Why(arguments) => why::why(&arguments),
         Command::Verify(arguments) => verify::verify(&arguments),

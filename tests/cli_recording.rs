@@ -34,6 +34,7 @@ fn a_recording_says_why() {
     refused(&["why", file, "--at", "10"], "--robot ann");
     refused(&["why", file, "--robot", "eve", "--at", "10"], "ann, bob");
     refused(&["why", file, "--robot", "ann", "--at", "1000"], "ends at 0:20");
+    refused(&["why", "out", "--at", "1"], "name a recording in it");
     refused(&["why", "none.mcap", "--robot", "ann", "--at", "1"], "orienteer run");
     fs::write(folder.path().join("text.mcap"), "no recording at all").unwrap();
     refused(&["why", "text.mcap", "--robot", "ann", "--at", "1"], "not an MCAP file");

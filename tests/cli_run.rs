@@ -101,7 +101,7 @@ fn what_is_wrong_with_a_configuration_is_shown_where_it_stands() {
         .unwrap();
     let (code, out, errors) = call(folder.path(), &["run", "bad.toml"]);
     assert_eq!((code, out.as_str()), (2, ""));
-    assert!(errors.contains("bad.toml:5:8") && errors.contains("bad.toml:19:1"), "{errors}");
+    assert!(errors.contains("bad.toml:6:8") && errors.contains("bad.toml:20:1"), "{errors}");
     assert!(errors.contains("did you mean `priority`?") && errors.contains("2 problems"), "{errors}");
     assert!(!errors.contains('\u{1b}'), "no colour without a terminal: {errors}");
 

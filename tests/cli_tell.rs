@@ -45,23 +45,26 @@ fn a_check_finds_what_only_world_and_drivers_know() {
     fs::write(folder.path().join("a.toml"), text.replace("west end", "north pole")).unwrap();
     let (code, out, errors) = call(folder.path(), &["check", "a.toml"]);
     assert_eq!((code, out.as_str()), (2, ""));
-    assert!(errors.contains("a.toml:14:") && errors.contains("north pole") && errors.contains("west end"), "{errors}");
+    assert!(errors.contains("a.toml:15:") && errors.contains("north pole") && errors.contains("west end"), "{errors}");
 
     let (code, out, _) = call(folder.path(), &["check", "a.toml", "--json"]);
     let answer: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!((code, &answer["ok"], &answer["problems"][0]["line"]), (2, &false.into(), &14.into()));
+    assert_eq!((code, &answer["ok"], &answer["problems"][0]["line"]), (2, &false.into(), &15.into()));
     assert!(answer["problems"][0]["hint"].as_str().unwrap().contains("west end"));
 }
 
-/// Write it anew with `orienteer schema > configs/orienteer.schema.json`.
+/// Write them anew with `orienteer schema mission > configs/orienteer.schema.json`, and the same for `world`.
 #[test]
-fn the_schema_is_up_to_date() {
-    let (code, out, _) = call(repository(), &["schema"]);
-    let kept = fs::read_to_string(repository().join("configs/orienteer.schema.json")).unwrap();
-    assert_eq!(code, 0);
-    assert!(out == kept, "run `orienteer schema > configs/orienteer.schema.json`");
-    let schema: Value = serde_json::from_str(&out).unwrap();
-    assert!(schema["$defs"]["agent.avoidance"].is_object());
+fn the_schemas_are_up_to_date() {
+    for (of, file) in [("mission", "configs/orienteer.schema.json"), ("world", "configs/worlds/world.schema.json")] {
+        let (code, out, _) = call(repository(), &["schema", of]);
+        let kept = fs::read_to_string(repository().join(file)).unwrap();
+        assert_eq!(code, 0);
+        assert!(out == kept, "run `orienteer schema {of} > {file}`");
+        let schema: Value = serde_json::from_str(&out).unwrap();
+        let known = if of == "mission" { &schema["$defs"]["agent.avoidance"] } else { &schema["properties"]["person"] };
+        assert!(known.is_object());
+    }
 }
 
 #[test]

@@ -3,15 +3,16 @@
 use std::fmt::Write as _;
 
 use super::{
-    CheckArguments, Outcome, Refusal,
+    CheckArguments, Outcome, Refusal, SchemaArguments,
     style::{self, Paint},
     table::{Align, Table},
 };
 use orienteer::{
     Registry,
+    hardware::world::plan::WorldPlan,
     mission::{self, Composed, Remark},
     runtime::{
-        config::{self, mission::RobotConfig},
+        config::{self, mission::RobotConfig, validate},
         robot::RobotPlan,
         time::Time,
     },
@@ -89,8 +90,12 @@ fn make(config: &RobotConfig, plan: &RobotPlan) -> [String; 3] {
     [base, sonar, agents.collect::<Vec<_>>().join(", ")]
 }
 
-/// Prints the schema of configurations.
-pub fn schema() -> Result<Outcome, Refusal> {
-    style::print_json(&config::mission::schema(&Registry::standard()))?;
+/// Prints the schema of missions or worlds.
+pub fn schema(arguments: &SchemaArguments) -> Result<Outcome, Refusal> {
+    if arguments.of == "world" {
+        style::print_json(&validate::schema_of::<WorldPlan>())?;
+    } else {
+        style::print_json(&config::mission::schema(&Registry::standard()))?;
+    }
     Ok(Outcome::Well)
 }

@@ -90,6 +90,9 @@ impl From<ReadError> for Refusal {
             ReadError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
                 Self::misused(message, "`orienteer run` writes recordings; unless told otherwise, into `out/`")
             }
+            ReadError::Io { source, .. } if source.kind() == ErrorKind::IsADirectory => {
+                Self::misused(message, "name a recording in it (`.mcap`)")
+            }
             ReadError::Io { .. } => Self::failed(message, "check the file's permissions and the disk"),
             ReadError::NotMcap { .. } | ReadError::Foreign { .. } => {
                 Self::misused(message, "name a recording (`.mcap`) that `orienteer run` has written")
