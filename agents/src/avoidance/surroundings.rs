@@ -32,6 +32,8 @@ pub struct Surroundings {
     ring: Arc<Ring>,
     radius: f64,
     tracks: Vec<Track>,
+    /// For each transducer, how far before the robot's centre its face stands along its beam, m, and the cosine of its bearing.
+    faces: Vec<(f64, f64)>,
     last: Option<(Time, Pose)>,
     now: Option<(Time, Pose)>,
     /// Speed along the heading, m/s.
@@ -71,7 +73,9 @@ impl Surroundings {
     #[must_use]
     pub fn new(ring: Arc<Ring>, radius: f64) -> Self {
         let tracks = vec![Track::default(); ring.transducers.len()];
-        Self { ring, radius, tracks, last: None, now: None, speed: 0.0 }
+        let face = |mount: &Pose| (mount.x * mount.heading.cos() + mount.y * mount.heading.sin(), mount.heading.cos());
+        let faces = ring.transducers.iter().map(|transducer| face(&transducer.mount)).collect();
+        Self { ring, radius, tracks, faces, last: None, now: None, speed: 0.0 }
     }
 
     /// Follows the robot's own motion.
@@ -130,11 +134,10 @@ impl Surroundings {
     pub fn all(&self) -> impl Iterator<Item = Threat> + '_ {
         self.ring.transducers.iter().zip(&self.tracks).enumerate().filter_map(|(i, (transducer, track))| {
             let range = track.range()?;
-            let bearing = transducer.mount.heading;
-            let reach = transducer.mount.x * bearing.cos() + transducer.mount.y * bearing.sin();
+            let (bearing, (reach, forward)) = (transducer.mount.heading, self.faces[i]);
             let trend = track.trend();
             let distance = range + reach;
-            let closing = trend.approach + self.speed * bearing.cos();
+            let closing = trend.approach + self.speed * forward;
             let clearance = (distance - self.radius).max(0.0);
             let (approach, came) = (trend.approach, trend.came);
             let steady = trend.steady && !self.is_rim_of_wall(i, range);

@@ -113,7 +113,7 @@ impl Pose {
     /// Straight-line distance between the two positions, in metres.
     #[must_use]
     pub fn distance(&self, other: &Pose) -> f64 {
-        (self.x - other.x).hypot(self.y - other.y)
+        nalgebra::distance(&self.point(), &other.point())
     }
 
     /// Bearing of a point as seen from this pose, in `(-π, π]`; positive is to the left.

@@ -13,7 +13,9 @@
 //! so slow, or the base so fast, that there could be no second one.
 
 use nalgebra::Point2;
-use orienteer_runtime::{geometry::Pose, time::Time};
+use orienteer_runtime::time::Time;
+
+use super::sight::Face;
 
 /// Places farther from the centre of the base than this are not worth remembering, m: there beams leave no gaps.
 pub const NEAR: f64 = 1.5;
@@ -39,23 +41,15 @@ struct Spot {
     seen: Time,
 }
 
-/// The sector in which a transducer looks, odometry frame.
+/// The sector in which a transducer looks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sector {
-    origin: Point2<f64>,
-    cos: f64,
-    sin: f64,
-    /// Tangent of the half beam.
-    slope: f64,
+    pub face: Face,
+    /// Tangent of the angle to each side.
+    pub slope: f64,
 }
 
 impl Sector {
-    /// A beam from this face; `slope` is the tangent of the angle to each side.
-    pub fn new(face: Pose, slope: f64) -> Self {
-        let (sin, cos) = face.heading.sin_cos();
-        Self { origin: face.point(), cos, sin, slope }
-    }
-
     /// True if a place lies within the sector.
     pub fn covers(&self, at: Point2<f64>) -> bool {
         let (ahead, beside) = self.local(at);
@@ -70,8 +64,8 @@ impl Sector {
     }
 
     fn local(&self, at: Point2<f64>) -> (f64, f64) {
-        let (dx, dy) = (at.x - self.origin.x, at.y - self.origin.y);
-        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+        let offset = at - self.face.at;
+        (self.face.axis.dot(&offset), self.face.axis.perp(&offset))
     }
 }
 
@@ -129,14 +123,19 @@ mod tests {
         Time::START + Duration::from_secs(seconds)
     }
 
+    fn sector(heading: f64) -> Sector {
+        let axis = nalgebra::Vector2::new(heading.cos(), heading.sin());
+        Sector { face: Face { at: Point2::new(0.1, 0.0), axis }, slope: 0.3f64.tan() }
+    }
+
     #[test]
     fn a_place_is_forgotten_when_it_is_looked_at_or_old_or_far() {
         let mut memory = Memory::new();
         let place = Point2::new(0.5, 0.1);
-        let ahead = Sector::new(Pose::new(0.1, 0.0, 0.0), 0.3f64.tan());
+        let ahead = sector(0.0);
         let count = |memory: &Memory| memory.places().count();
         memory.remember(place, at(1));
-        assert!(!memory.look_again(&Sector::new(Pose::new(0.1, 0.0, 0.6), 0.3f64.tan()), 2.0));
+        assert!(!memory.look_again(&sector(0.6), 2.0));
         assert!(!memory.look_again(&ahead, 0.3));
         assert_eq!(count(&memory), 1, "one beam looks elsewhere, the other meets something before the place");
         assert!(memory.look_again(&ahead, 0.4) && count(&memory) == 0);

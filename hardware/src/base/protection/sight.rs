@@ -22,7 +22,7 @@ use super::memory::{Memory, NEAR, Sector};
 
 /// Poses that are remembered at least, and at most: one for each control period within the age of a reading that still counts.
 const POSES: std::ops::RangeInclusive<usize> = 64..=8192;
-/// A beam that has turned by more than this, rad, looks elsewhere.
+/// The sine of a turn after which a beam looks elsewhere.
 const ELSEWHERE: f64 = 0.05;
 /// For how long what a beam has turned away from is kept, s.
 const KEPT: f64 = 0.5;
@@ -41,12 +41,36 @@ const RAYS: f64 = 0.061;
 /// Transducers whose beams point farther apart than this are no neighbours.
 const NEIGHBOUR: f64 = 1.05;
 
+/// The face of a transducer, odometry frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Face {
+    pub at: Point2<f64>,
+    /// Unit vector along the beam: readings are turned in every period, and a product is cheaper than an angle.
+    pub axis: Vector2<f64>,
+}
+
+impl Face {
+    fn distance(&self, other: &Face) -> f64 {
+        (self.at - other.at).norm()
+    }
+
+    /// How far apart two beams point, rad.
+    fn turned(&self, other: &Face) -> f64 {
+        self.axis.perp(&other.axis).atan2(self.axis.dot(&other.axis)).abs()
+    }
+
+    /// The place at this range in a direction that is off the axis by `off` rad.
+    fn place(&self, off: f64, range: f64) -> Point2<f64> {
+        self.at + Rotation2::new(off) * self.axis * range
+    }
+}
+
 /// The newest reading of one transducer.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     taken: Time,
-    /// The transducer's face when it was read, odometry frame.
-    face: Pose,
+    /// The transducer's face when it was read.
+    face: Face,
     echo: Echo,
     /// The reading before it, or memory, says the same: it is not spurious.
     confirmed: bool,
@@ -106,6 +130,8 @@ struct Beam {
 #[derive(Debug, Clone)]
 pub struct Sight {
     transducers: Vec<Transducer>,
+    /// Where their beams point, unit vectors of the robot frame.
+    axes: Vec<Vector2<f64>>,
     neighbours: Vec<[Option<usize>; 2]>,
     min_range: f64,
     readings: Vec<Option<Reading>>,
@@ -124,8 +150,10 @@ impl Sight {
         let poses = (max_age / period).ceil().clamp(*POSES.start() as f64, *POSES.end() as f64) as usize;
         let transducers = ring.transducers.clone();
         let neighbours = (0..transducers.len()).map(|i| neighbours(&transducers, i)).collect();
+        let axes = transducers.iter().map(|transducer| Rotation2::new(transducer.mount.heading) * Vector2::x()).collect();
         Self {
             neighbours,
+            axes,
             min_range: ring.min_range,
             readings: vec![None; transducers.len()],
             kept: vec![None; transducers.len()],
@@ -185,8 +213,7 @@ impl Sight {
                 // Nobody knows where a reading was taken that is older than all poses.
                 let Some((pose, turn)) = poses.get(taken, pose) else { continue };
                 let Transducer { mount, half_beam, .. } = self.transducers[i];
-                let at = pose.point() + turn * mount.point().coords;
-                let face = Pose::new(at.x, at.y, pose.heading + mount.heading);
+                let face = Face { at: pose.point() + turn * mount.point().coords, axis: turn * self.axes[i] };
                 let slope = slopes.get(half_beam.to_bits(), || half_beam.tan());
                 self.renew(i, Reading { taken, face, echo, confirmed: false }, slope);
             }
@@ -196,7 +223,7 @@ impl Sight {
     /// Takes a new reading in place of an old one, of a beam with this tangent of its half angle.
     fn renew(&mut self, i: usize, mut new: Reading, slope: f64) {
         let half = self.transducers[i].half_beam;
-        let beam = Sector::new(new.face, slope);
+        let beam = Sector { face: new.face, slope };
         new.confirmed = match new.echo {
             Echo::Range(range) => self.memory.look_again(&beam, f64::from(range)),
             Echo::Nothing => self.memory.look_again(&beam, f64::INFINITY),
@@ -206,9 +233,10 @@ impl Sight {
             new.confirmed |= new.agrees(&old, self.min_range);
             // A slow ring may have had no chance of a second look.
             if old.confirmed || old.face.distance(&new.face) > FAR {
-                self.remember(&old, half, &beam, new.face);
+                self.remember(&old, half, &beam);
             }
-            let turned = angle::turn(old.face.heading, new.face.heading).abs() > ELSEWHERE;
+            let (along, across) = (old.face.axis.dot(&new.face.axis), old.face.axis.perp(&new.face.axis));
+            let turned = along < 0.0 || across.abs() > ELSEWHERE;
             if turned && old.met(self.min_range).is_some() {
                 self.kept[i] = Some(old);
             }
@@ -216,27 +244,25 @@ impl Sight {
         self.readings[i] = Some(new);
     }
 
-    /// Remembers what the old beam may have met and the new one, from `face`, does not look at.
-    fn remember(&mut self, old: &Reading, half: f64, beam: &Sector, face: Pose) {
+    /// Remembers what the old beam may have met and the new one does not look at.
+    fn remember(&mut self, old: &Reading, half: f64, beam: &Sector) {
         let Some((range, _)) = old.met(self.min_range).filter(|(range, _)| *range <= NEAR) else { return };
         let halves = (half / RAYS).ceil().max(1.0);
         // Rays farther inside the old beam than this are in the new one too: seen from anywhere less than half the range away,
         // what has moved aside by a share of the range has turned by no more than twice that share.
-        let share = old.face.distance(&face) / range;
-        let turned = angle::turn(old.face.heading, face.heading).abs();
-        let inside = if share < 0.5 { half - turned - 2.0 * share - 1e-6 } else { 0.0 };
+        let share = old.face.distance(&beam.face) / range;
+        let inside = if share < 0.5 { half - old.face.turned(&beam.face) - 2.0 * share - 1e-6 } else { 0.0 };
         for n in 0..=2 * halves as usize {
             let off = half * (n as f64 / halves - 1.0);
             if off.abs() < inside {
                 continue;
             }
-            let place = old.face.point() + Rotation2::new(old.face.heading + off) * Vector2::new(range, 0.0);
+            let place = old.face.place(off, range);
             if !beam.covers(place) {
                 self.memory.remember(place, old.taken);
                 // It may also be right beside the new beam. The gap there can be narrower than what the beam has moved by.
-                let rim = Rotation2::new(face.heading + (half + BESIDE).copysign(off));
-                let range = nalgebra::distance(&place, &face.point());
-                self.memory.remember(face.point() + rim * Vector2::new(range, 0.0), old.taken);
+                let range = nalgebra::distance(&place, &beam.face.at);
+                self.memory.remember(beam.face.place((half + BESIDE).copysign(off), range), old.taken);
             }
         }
     }
@@ -257,17 +283,15 @@ impl Sight {
     /// For each slot, the beam that met something no longer than `max_age` ago, as seen from `pose` (odometry frame). First come
     /// the newest readings of all transducers, then what they kept.
     fn beams(&self, now: Time, pose: Pose, max_age: f64) -> impl Iterator<Item = Option<Beam>> + '_ {
-        let (sin, cos) = pose.heading.sin_cos();
+        let back = Rotation2::new(-pose.heading);
         let count = self.transducers.len();
         self.readings.iter().chain(&self.kept).enumerate().map(move |(slot, reading)| {
             let oldest = if slot < count { max_age } else { KEPT };
             let reading = reading.as_ref().filter(|reading| now.secs_since(reading.taken) <= oldest)?;
             let (range, too_near) = reading.met(self.min_range)?;
-            let (dx, dy) = (reading.face.x - pose.x, reading.face.y - pose.y);
-            let (axis_sin, axis_cos) = (reading.face.heading - pose.heading).sin_cos();
             Some(Beam {
-                face: Point2::new(cos * dx + sin * dy, cos * dy - sin * dx),
-                axis: Vector2::new(axis_cos, axis_sin),
+                face: (back * (reading.face.at - pose.point())).into(),
+                axis: back * reading.face.axis,
                 half: self.transducers[slot % count].half_beam,
                 range,
                 too_near,
