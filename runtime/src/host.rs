@@ -99,6 +99,8 @@ pub(crate) struct Host {
     track: Rc<RefCell<Track>>,
     robot: Addr<Robot>,
     report: NodeReport,
+    /// Topics that it uses without having declared them, once told.
+    undeclared: Vec<&'static str>,
     _pulse: Pulse,
 }
 
@@ -148,6 +150,7 @@ impl Host {
             stopwatch,
             track,
             robot,
+            undeclared: Vec::new(),
             _pulse: pulse,
         })
     }
@@ -232,7 +235,12 @@ impl Host {
             Ok(dropped) => self.report.dropped += u64::from(dropped),
             Err(error) => self.outputs.log(Level::ERROR, format!("can't publish: {error}")),
         }
-        if let Some(topic) = self.inputs.take_undeclared().or(self.outputs.take_undeclared()) {
+        let undeclared = [self.inputs.take_undeclared(), self.outputs.take_undeclared()];
+        for topic in undeclared.into_iter().flatten() {
+            if self.undeclared.contains(&topic) {
+                continue;
+            }
+            self.undeclared.push(topic);
             self.outputs.log(Level::ERROR, format!("uses the topic `{topic}` without having declared it"));
         }
         let mut track = self.track.borrow_mut();

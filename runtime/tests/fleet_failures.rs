@@ -23,8 +23,9 @@ use orienteer_runtime::{
     fleet::{self, Ended, FleetControl, FleetPlan, Still},
     host::Factory,
     link::{Backend, Bus, BusOptions},
-    recording::{ChunkLimits, Mission, Recorder, Sink},
+    recording::{ChunkLimits, Mission, Reader, Recorder, RobotInfo, Sink},
     time::Time,
+    topics::BaseDecision,
 };
 
 #[test]
@@ -236,4 +237,35 @@ fn a_start_that_fails_leaves_no_threads_and_no_shared_memory() {
     drop(bus);
     assert!(!root.exists(), "something was left in {}", root.display());
     assert_eq!(threads(), before);
+}
+
+/// Forgets to declare what it reads and what it writes.
+struct Forgetful;
+
+impl Behaviour for Forgetful {
+    fn step(&mut self, _now: Time, inputs: &Inputs, out: &mut Outputs) {
+        let _ = inputs.latest::<BaseDecision>();
+        out.publish(Count { value: 1 });
+    }
+}
+
+/// A line in every step would bury everything else that the robot says.
+#[test]
+fn a_topic_that_was_not_declared_is_told_of_once() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("recording.mcap");
+    let bus = Bus::open(Backend::Direct, &BusOptions::default()).unwrap();
+    let mut robots = vec![robot(0, &bus, None)];
+    robots[0].nodes[2].factory = Box::new(|_| Ok(Box::new(Forgetful)));
+    let info = RobotInfo::new("robot-0", robots[0].nodes.iter().map(|node| node.context.node.to_string()));
+    let mission = Mission { control_period: Duration::from_millis(50), robots: vec![info], ..Mission::default() };
+    let recorder = Recorder::start(Sink::File(file.clone()), &mission, ChunkLimits::default()).unwrap();
+    fleet::run(FleetPlan { recorder: Some(recorder), ..plan(robots, 1) }).unwrap();
+
+    let reader = Reader::open(&file).unwrap();
+    let lines = reader.log_lines("robot-0").unwrap().map(|line| line.unwrap().1.text);
+    let mut told: Vec<String> = lines.filter(|text| text.contains("declared")).collect();
+    told.sort();
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert!(told[0].contains("`base/decision`") && told[1].contains("`test/count`"), "{told:?}");
 }
