@@ -1,7 +1,10 @@
 //! Drivers of one's own: what they are refused for, and what becomes of them.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::thread;
+use std::{
+    sync::atomic::{AtomicU32, Ordering},
+    thread,
+};
 
 use orienteer::{
     Registry,
@@ -16,6 +19,7 @@ use orienteer::{
         agents::NoConfig,
         clock::Pace,
         config::{Problem, Problems},
+        fleet::Ended,
         geometry::{Limits, Twist},
         robot_model::{Platform, Ring, Transducer},
         time::Time,
@@ -97,6 +101,9 @@ struct Wheels {
     platform: Platform,
     /// Panics at this time.
     fails_at: Option<Time>,
+    /// Counts how often it was stopped after that.
+    stopped: &'static AtomicU32,
+    failed: bool,
 }
 
 impl BaseDriver for Wheels {
@@ -109,14 +116,22 @@ impl BaseDriver for Wheels {
     }
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
-        assert!(self.fails_at.is_none_or(|fails_at| now < fails_at), "as planned");
+        self.failed |= self.fails_at.is_some_and(|fails_at| now >= fails_at);
+        assert!(!self.failed, "as planned");
         // The distance is made to tell whether it is read by its guard.
         let guarded = thread::current().name().is_some_and(|name| name.starts_with("base of"));
         Ok(Odometry { stamp: now, travelled: f64::from(u8::from(guarded)), ..Odometry::default() })
     }
 
-    fn stop(&mut self) {}
+    fn stop(&mut self) {
+        if self.failed {
+            self.stopped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
 }
+
+/// How often bases were stopped after their driver had panicked.
+static STOPPED: AtomicU32 = AtomicU32::new(0);
 
 fn wheels(fails_at: Option<Time>) -> OpenBase {
     let platform = Platform {
@@ -128,7 +143,7 @@ fn wheels(fails_at: Option<Time>) -> OpenBase {
         turning_radius: 0.0,
     };
     OpenBase {
-        driver: Box::new(Wheels { platform, fails_at }),
+        driver: Box::new(Wheels { platform, fails_at, stopped: &STOPPED, failed: false }),
         motion: ExecutorConfig::default(),
         protection: ProtectionConfig { sonar_required: false, ..ProtectionConfig::default() },
         start: Default::default(),
@@ -223,5 +238,21 @@ impl BaseKind for Frail {
 
     fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         Ok(wheels(Some(Time::from_secs_f64(1.0))))
+    }
+}
+
+/// The base is stopped, it is said, and nobody else is hurt: the other robot and the agents go on.
+#[test]
+fn a_driver_that_panics_costs_its_own_base_only() {
+    std::panic::set_hook(Box::new(|_| {}));
+    for clock in ["lockstep", "wall"] {
+        let before = STOPPED.load(Ordering::Relaxed);
+        let mission = mission_with("frail", clock).replace("duration = 0.4", "duration = 1.5")
+            + "\n[[robot]]\nname = \"luey\"\nbase = { driver = \"frail\" }\n\n[robot.agent.asks]\n";
+        let outcome = drive(&mission, None).unwrap();
+        assert!(STOPPED.load(Ordering::Relaxed) >= before + 2);
+        assert_eq!(outcome.ended, Ended::Complete, "{clock}");
+        let told = |robot: &str| outcome.failures.iter().any(|failure| failure.contains(robot) && failure.contains("base"));
+        assert!(told("huey") && told("luey"), "{:?}", outcome.failures);
     }
 }

@@ -99,6 +99,8 @@ pub(crate) struct Host {
     track: Rc<RefCell<Track>>,
     robot: Addr<Robot>,
     report: NodeReport,
+    /// Why there is no behaviour, if there is none.
+    down: String,
     /// Topics that it uses without having declared them, once told.
     undeclared: Vec<&'static str>,
     _pulse: Pulse,
@@ -150,6 +152,7 @@ impl Host {
             stopwatch,
             track,
             robot,
+            down: String::new(),
             undeclared: Vec::new(),
             _pulse: pulse,
         })
@@ -191,6 +194,7 @@ impl Host {
     fn bury(&mut self, now: Time, why: &str) {
         self.drop_behaviour();
         self.report.panics += 1;
+        self.down = format!("panicked: {why}");
         self.outputs.discard();
         let pause = self.restart.after_panic(now);
         self.outputs.log(
@@ -219,6 +223,7 @@ impl Host {
             }
             Ok(Err(error)) if error.for_good => {
                 self.restart.never();
+                self.down = format!("{}, and {error}", self.down);
                 self.outputs.log(Level::ERROR, format!("{error}; it stays down"));
             }
             Ok(Err(error)) => {
@@ -278,12 +283,14 @@ impl Handler<LastWords> for Host {
 
     fn handle(&mut self, words: LastWords, _: &mut Context<Self>) -> Self::Result {
         let mut report = std::mem::take(&mut self.report);
+        let finish = &mut report.finish;
         if let Some(behaviour) = &mut self.behaviour {
-            let finish = &mut report.finish;
             if catch_unwind(AssertUnwindSafe(|| behaviour.finish(words.now, finish))).is_err() {
                 report.panics += 1;
                 finish.failure("its last words panicked; what it should have left is lost");
             }
+        } else {
+            finish.failure(format!("it was down at the end: {}", self.down));
         }
         actix::MessageResult(report)
     }

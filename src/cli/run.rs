@@ -46,7 +46,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
         style::print(&summary.text(style::Paint::stdout()))?;
     }
     for failure in &ended.failures {
-        style::complain(failure, "everything else was done; look at the disk and at `--out`");
+        style::complain(failure, "everything else was done; the messages before this one say more");
     }
     Ok(match ended.ended {
         Ended::Stopped => Outcome::Interrupted,

@@ -208,6 +208,9 @@ impl Behaviour for BaseNode {
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         self.driver.stop();
+        if self.failing {
+            last_words.failure("it had failed, and was not back at the end");
+        }
         last_words.fact("driving_s", self.driving);
         last_words.fact("protected_s", self.protected_steps as f64 * self.period.as_secs_f64());
         if let Some(truth) = self.driver.truth() {

@@ -112,6 +112,9 @@ impl Behaviour for SonarNode {
     }
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        if self.failing {
+            last_words.failure("it had failed, and was not back at the end");
+        }
         last_words.fact("scans", self.count as f64);
     }
 }
