@@ -18,6 +18,8 @@ use crate::{
     nodes::{Guard, IN_THE_FUTURE},
 };
 
+/// A ring that has said nothing for so long after the start is silent.
+const FIRST_PASS: Duration = Duration::from_secs(2);
 /// A base that has not taken a command is told nothing but to stop for this long, s.
 const FORGIVEN: f64 = 1.0;
 
@@ -35,11 +37,15 @@ pub struct BaseNode {
     report: MotionReport,
     /// The newest reading made sense.
     heard: bool,
+    /// A scan has come.
+    sees: bool,
     /// When the base last failed to take a command.
     disobeyed: Option<Time>,
     /// A failure has been told, its end not yet.
     failing: bool,
     reason: Option<Reason>,
+    /// A person knows of it.
+    warned: bool,
     protected_steps: u64,
     /// Time with a speed other than zero, s.
     driving: f64,
@@ -68,9 +74,11 @@ impl BaseNode {
             odometry: None,
             report: MotionReport::default(),
             heard: false,
+            sees: false,
             disobeyed: None,
             failing: false,
             reason: None,
+            warned: false,
             protected_steps: 0,
             driving: 0.0,
         }
@@ -145,6 +153,7 @@ impl BaseNode {
         self.report = report;
         let demand = Demand { twist, valid_until: decision.valid_until, limits: decision.limits };
         let scans = inputs.each::<SonarScan>();
+        self.sees |= !scans.is_empty();
         // Every scan counts: a pass may renew only some transducers. The last one goes with the demand.
         if let Some((_, earlier)) = scans.split_last() {
             for scan in earlier {
@@ -154,7 +163,7 @@ impl BaseNode {
         let link = self.link(now);
         let permitted = self.protection.filter(now, &demand, &odometry, scans.last(), link);
         self.executor.permitted(permitted.twist);
-        self.remark(permitted.reason, out);
+        self.remark(now, permitted.reason, out);
         if !permitted.twist.is_stop() {
             self.driving += period;
         }
@@ -171,21 +180,32 @@ impl BaseNode {
     }
 
     /// Tells when protection begins to hold the base for a reason that a person should know.
-    fn remark(&mut self, reason: Option<Reason>, out: &mut Outputs) {
+    fn remark(&mut self, now: Time, reason: Option<Reason>, out: &mut Outputs) {
         if reason.is_some_and(Reason::is_protective) {
             self.protected_steps += 1;
         }
         if reason != self.reason {
-            if let Some(reason) = reason.filter(|reason| reason.is_protective()) {
-                let usual = match reason {
-                    Reason::FreeDistance | Reason::Blind => true,
-                    // Without sonar it is a log that is played, or a base on blocks.
-                    Reason::StaleCommand | Reason::StaleSonar => !self.has_sonar,
-                    _ => false,
-                };
-                out.log(if usual { Level::DEBUG } else { Level::WARN }, format!("the base protects itself: {}", reason.text()));
-            }
             self.reason = reason;
+            self.warned = false;
+            if let Some(reason) = reason.filter(|reason| reason.is_protective() && self.is_usual(now, *reason)) {
+                out.log(Level::DEBUG, format!("the base protects itself: {}", reason.text()));
+            }
+        }
+        if let Some(reason) = reason.filter(|reason| !self.warned && reason.is_protective() && !self.is_usual(now, *reason)) {
+            self.warned = true;
+            out.log(Level::WARN, format!("the base protects itself: {}", reason.text()));
+        }
+    }
+
+    /// True if a person need not know.
+    fn is_usual(&self, now: Time, reason: Reason) -> bool {
+        match reason {
+            Reason::FreeDistance | Reason::Blind => true,
+            // Nobody hears anything before the first pass of the ring is over.
+            Reason::StaleSonar if !self.sees && now < Time::START + FIRST_PASS => true,
+            // Without sonar it is a log that is played, or a base on blocks.
+            Reason::StaleCommand | Reason::StaleSonar => !self.has_sonar,
+            _ => false,
         }
     }
 

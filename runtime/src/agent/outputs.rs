@@ -105,6 +105,12 @@ impl Outputs {
         self.slots.iter().find_map(|slot| slot.as_any().downcast_ref::<WriteSlot<P>>()).map_or(&[], |slot| &slot.pending)
     }
 
+    /// What was said in this step: for tests.
+    #[must_use]
+    pub fn said(&self) -> &[LogLine] {
+        &self.logs
+    }
+
     /// Says something at level [`Level::INFO`].
     pub fn say(&mut self, text: impl Into<String>) {
         self.log(Level::INFO, text);

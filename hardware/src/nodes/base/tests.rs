@@ -53,7 +53,7 @@ impl BaseDriver for Scripted {
     }
 }
 
-/// A base without sonar that is told to drive in each step.
+/// A base that is told to drive in each step.
 struct Bench {
     node: BaseNode,
     inputs: Inputs,
@@ -66,10 +66,14 @@ const PERIOD: Duration = Duration::from_millis(50);
 
 impl Bench {
     fn new() -> Self {
+        Self::with_sonar(false)
+    }
+
+    fn with_sonar(sonar_required: bool) -> Self {
         let notes = Arc::new(Mutex::new(Notes::default()));
         let driver = Scripted { platform: presets::b12_huey().platform(), notes: notes.clone() };
         let ring = crate::rings::find("denning-16").unwrap().ring;
-        let protection = ProtectionConfig { sonar_required: false, ..ProtectionConfig::default() };
+        let protection = ProtectionConfig { sonar_required, ..ProtectionConfig::default() };
         let node = BaseNode::new(Box::new(driver), &ring, ExecutorConfig::default(), protection, PERIOD);
         let wiring = BaseNode::wiring();
         Self { node, inputs: Inputs::offline(&wiring), out: Outputs::offline(&wiring), notes, now: Time::START }
@@ -127,4 +131,17 @@ fn a_base_that_does_not_take_a_command_is_stopped_and_told_nothing_else_for_a_se
         assert_eq!(bench.step().0, Some(Twist::STOP));
     }
     assert_eq!(bench.step().0, Some(Twist::new(0.2, 0.0)));
+}
+
+/// A ring needs a moment for its first pass, which is nothing to warn of in every mission; but one that stays silent is.
+#[test]
+fn a_sonar_that_says_nothing_is_warned_of_once_and_not_at_the_very_start() {
+    let mut bench = Bench::with_sonar(true);
+    let mut warned = Vec::new();
+    for _ in 0..200 {
+        let (twist, _) = bench.step();
+        assert_eq!(twist, Some(Twist::STOP));
+        warned.extend(bench.out.said().iter().filter(|line| line.level == Level::WARN).map(|_| bench.now));
+    }
+    assert_eq!(warned, [Time::START + FIRST_PASS]);
 }
