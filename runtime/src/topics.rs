@@ -22,9 +22,10 @@
 //!
 //! A behaviour of your own may bring payloads of its own: implement [`Payload`] and use it like these.
 
+mod arbitration;
 mod base;
 mod corridor;
-mod lanes;
+mod fixed_vec;
 mod pose;
 mod sonar;
 
@@ -34,12 +35,10 @@ use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-pub use base::{
-    BaseClaim, BaseDecision, BaseNotice, BaseRule, HeldBack, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry,
-    flags,
-};
+pub use arbitration::{ArbitrationRule, HeldBack};
+pub use base::{BaseClaim, BaseDecision, BaseNotice, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry, flags};
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
-pub use lanes::{Lanes, MAX_TRANSDUCERS};
+pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
 

@@ -7,7 +7,7 @@ use orienteer_runtime::{
     arbitration::{Clients, base::BaseArbiter, explain},
     geometry::{Limits, Twist},
     time::Time,
-    topics::{BaseClaim, BaseDecision, BaseNotice, BaseRule, ClientId, HeldBack, Motion, MotionKind, NoticeKind},
+    topics::{ArbitrationRule, BaseClaim, BaseDecision, BaseNotice, ClientId, HeldBack, Motion, MotionKind, NoticeKind},
 };
 
 const A: ClientId = ClientId(0);
@@ -67,7 +67,7 @@ impl Base {
         self.decision.holder
     }
 
-    fn held_back(&self) -> Vec<(ClientId, BaseRule)> {
+    fn held_back(&self) -> Vec<(ClientId, ArbitrationRule)> {
         self.decision.held_back().iter().map(|held_back| (held_back.client, held_back.rule())).collect()
     }
 
@@ -76,7 +76,7 @@ impl Base {
     }
 }
 
-use BaseRule::{AskedFirst, HangingOn, HeldFirst, HigherPriority, LowerPriority, NobodyAsked, OnlyClaim, Queued};
+use ArbitrationRule::{AskedFirst, HangingOn, HeldFirst, HigherPriority, LowerPriority, NobodyAsked, OnlyClaim, Queued};
 use NoticeKind::{Busy, Granted, Lapsed, Overridden, OverriderMoves};
 
 #[test]
@@ -281,9 +281,9 @@ fn decisions_are_explained() {
 #[test]
 fn anything_that_a_recording_may_hold_is_explained() {
     let clients: Clients = [("ann", 5)].into_iter().collect();
-    let mut decision = BaseDecision::default().because(BaseRule::Queued);
+    let mut decision = BaseDecision::default().because(ArbitrationRule::Queued);
     decision.holder = C;
-    decision.hold_back(HeldBack::new(NOBODY, BaseRule::NobodyAsked));
+    decision.hold_back(HeldBack::new(NOBODY, ArbitrationRule::NobodyAsked));
     assert_eq!(
         explain::base(&decision, &clients).to_string(),
         "client 2 has the base since 0.00 s: for no reason that it could have, before nobody (0), which waits; it stands"

@@ -9,14 +9,14 @@ use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},
     time::Time,
-    topics::{BaseRule, ClientId, FiringProgram, Lanes, SonarClaim},
+    topics::{ArbitrationRule, ClientId, FiringProgram, FixedVec, SonarClaim},
 };
 use proptest::prelude::*;
 
 fn program(slots: &[u32], period: f32) -> FiringProgram {
-    let mut lanes = Lanes::default();
-    slots.iter().for_each(|slot| assert!(lanes.push(*slot)));
-    FiringProgram { slots: lanes, period, rings: 1 }
+    let mut list = FixedVec::default();
+    slots.iter().for_each(|slot| assert!(list.push(*slot)));
+    FiringProgram { slots: list, period, rings: 1 }
 }
 
 fn ring(transducers: usize, slot_time: f64, program: FiringProgram) -> Ring {
@@ -284,7 +284,7 @@ fn programs_are_made_valid() {
     let decision = ask(&[0b1_0001, 0, 0b10_0000, 0b1000], f32::NAN);
     assert_eq!(decision.program, program(&[0b0001, 0b1000], 0.0));
     let decision = ask(&[0b1_0000], 0.0);
-    assert_eq!((decision.holder, decision.rule()), (ClientId::NONE, BaseRule::NobodyAsked));
+    assert_eq!((decision.holder, decision.rule()), (ClientId::NONE, ArbitrationRule::NobodyAsked));
     assert_eq!(decision.program, small.program);
 }
 
@@ -304,12 +304,12 @@ fn the_floor_stands_whoever_has_the_sonar() {
     let mapper = arbiter.decide(at(1.0));
     assert_eq!(
         (mapper.holder, mapper.rule(), mapper.program.slots[..].to_vec()),
-        (ClientId(0), BaseRule::OnlyClaim, vec![0b1, 0b100])
+        (ClientId(0), ArbitrationRule::OnlyClaim, vec![0b1, 0b100])
     );
     arbiter.claim(&ask(ClientId(1), &[0b1], at(2.0)));
     let avoidance = arbiter.decide(at(2.0));
-    assert_eq!((avoidance.holder, avoidance.rule(), avoidance.floor), (ClientId(1), BaseRule::HigherPriority, 0));
-    assert_eq!(avoidance.held_back()[0].rule(), BaseRule::HangingOn);
+    assert_eq!((avoidance.holder, avoidance.rule(), avoidance.floor), (ClientId(1), ArbitrationRule::HigherPriority, 0));
+    assert_eq!(avoidance.held_back()[0].rule(), ArbitrationRule::HangingOn);
     arbiter.claim(&ask(ClientId(1), &[], at(3.0)));
     let again = arbiter.decide(at(3.0));
     assert_eq!((again.holder, again.since, again.floor, again.reserved), (ClientId(0), at(3.0), 0b1, 0b1));

@@ -3,7 +3,7 @@
 use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},
-    topics::{FiringProgram, Lanes, MAX_TRANSDUCERS},
+    topics::{FiringProgram, FixedVec, MAX_TRANSDUCERS},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -129,9 +129,9 @@ impl RingConfig {
         })
     }
 
-    fn masks(&self) -> Lanes<u32> {
+    fn masks(&self) -> FixedVec<u32> {
         let count = if self.slots.is_empty() { self.transducer.len() } else { self.slots.len() };
-        let mut masks = Lanes::filled(0, count);
+        let mut masks = FixedVec::filled(0, count);
         for (i, mask) in masks.iter_mut().enumerate() {
             *mask = match self.slots.get(i) {
                 Some(slot) => slot.iter().fold(0, |mask, transducer| mask | 1 << transducer),

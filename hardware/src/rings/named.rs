@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},
-    topics::{FiringProgram, Lanes},
+    topics::{FiringProgram, FixedVec},
 };
 
 use crate::echo::{DetectionPoint, IncidencePoint, SonarModel};
@@ -48,7 +48,7 @@ fn at(x: f64, y: f64, bearing_deg: f64, half_beam_deg: f64) -> Transducer {
 }
 
 fn program(slots: &[&[u32]], period: f32) -> FiringProgram {
-    let mut masks = Lanes::filled(0, slots.len());
+    let mut masks = FixedVec::filled(0, slots.len());
     for (mask, slot) in masks.iter_mut().zip(slots) {
         *mask = slot.iter().fold(0, |mask, transducer| mask | 1 << transducer);
     }

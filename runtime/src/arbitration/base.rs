@@ -107,7 +107,7 @@ struct Held {
 /// use orienteer_runtime::arbitration::{Clients, base::BaseArbiter};
 /// use orienteer_runtime::geometry::Twist;
 /// use orienteer_runtime::time::Time;
-/// use orienteer_runtime::topics::{BaseClaim, BaseRule, ClientId, Motion};
+/// use orienteer_runtime::topics::{BaseClaim, ArbitrationRule, ClientId, Motion};
 ///
 /// let clients: Clients = [("follower", 5), ("avoidance", 10)].into_iter().collect();
 /// let mut arbiter = BaseArbiter::new(&clients);
@@ -122,7 +122,7 @@ struct Held {
 /// };
 /// arbiter.claim(&ahead);
 /// let decision = arbiter.decide(Time::from_secs_f64(0.05), &mut notices);
-/// assert_eq!((decision.holder, decision.rule()), (ClientId(0), BaseRule::OnlyClaim));
+/// assert_eq!((decision.holder, decision.rule()), (ClientId(0), ArbitrationRule::OnlyClaim));
 /// ```
 #[derive(Debug, Clone)]
 pub struct BaseArbiter {

@@ -10,7 +10,7 @@ use std::{
 use crate::{
     arbitration::Clients,
     time::Time,
-    topics::{BaseDecision, BaseNotice, BaseRule, ClientId, HeldBack, Motion, MotionKind, NoticeKind, SonarDecision},
+    topics::{ArbitrationRule, BaseDecision, BaseNotice, ClientId, HeldBack, Motion, MotionKind, NoticeKind, SonarDecision},
 };
 
 /// Says who has the base, why, who is held back, and what limits are in force.
@@ -19,16 +19,16 @@ use crate::{
 /// use orienteer_runtime::arbitration::{Clients, explain};
 /// use orienteer_runtime::geometry::Twist;
 /// use orienteer_runtime::time::Time;
-/// use orienteer_runtime::topics::{BaseDecision, BaseRule, ClientId, HeldBack, Motion};
+/// use orienteer_runtime::topics::{BaseDecision, ArbitrationRule, ClientId, HeldBack, Motion};
 ///
 /// let clients: Clients = [("corridor-follower", 5), ("avoidance", 10)].into_iter().collect();
-/// let mut decision = BaseDecision::default().because(BaseRule::HigherPriority);
+/// let mut decision = BaseDecision::default().because(ArbitrationRule::HigherPriority);
 /// decision.holder = ClientId(1);
 /// decision.since = Time::from_secs_f64(12.35);
 /// decision.motion = Motion::velocity(Twist::new(-0.1, 0.0));
 /// decision.limits.linear = 0.15;
 /// decision.limited_by = ClientId(1);
-/// decision.hold_back(HeldBack::new(ClientId(0), BaseRule::HangingOn));
+/// decision.hold_back(HeldBack::new(ClientId(0), ArbitrationRule::HangingOn));
 /// assert_eq!(
 ///     explain::base(&decision, &clients).to_string(),
 ///     "avoidance has the base since 12.35 s: higher priority (10) than corridor-follower (5), which hangs on; \
@@ -107,7 +107,14 @@ impl Who<'_> {
         self.clients.get(id).map_or(0, |client| client.priority)
     }
 
-    fn has_it(&self, f: &mut Formatter, holder: ClientId, since: Time, rule: BaseRule, held_back: &[HeldBack]) -> fmt::Result {
+    fn has_it(
+        &self,
+        f: &mut Formatter,
+        holder: ClientId,
+        since: Time,
+        rule: ArbitrationRule,
+        held_back: &[HeldBack],
+    ) -> fmt::Result {
         let thing = self.thing;
         if holder == ClientId::NONE {
             return write!(f, "nobody has asked for {thing}");
@@ -115,12 +122,15 @@ impl Who<'_> {
         write!(f, "{} has {thing} since {:.2} s: ", self.name(holder), since.as_secs_f64())?;
         let priority = self.priority(holder);
         match rule {
-            BaseRule::OnlyClaim => write!(f, "nobody else wants it")?,
-            BaseRule::HigherPriority => write!(f, "higher priority ({priority}) than ")?,
-            BaseRule::HeldFirst => write!(f, "at equal priority ({priority}) it keeps what it had, before ")?,
-            BaseRule::AskedFirst => write!(f, "at equal priority ({priority}) it asked first, before ")?,
+            ArbitrationRule::OnlyClaim => write!(f, "nobody else wants it")?,
+            ArbitrationRule::HigherPriority => write!(f, "higher priority ({priority}) than ")?,
+            ArbitrationRule::HeldFirst => write!(f, "at equal priority ({priority}) it keeps what it had, before ")?,
+            ArbitrationRule::AskedFirst => write!(f, "at equal priority ({priority}) it asked first, before ")?,
             // Not rules by which anybody gets anything; a decision that was tampered with.
-            BaseRule::NobodyAsked | BaseRule::LowerPriority | BaseRule::HangingOn | BaseRule::Queued => {
+            ArbitrationRule::NobodyAsked
+            | ArbitrationRule::LowerPriority
+            | ArbitrationRule::HangingOn
+            | ArbitrationRule::Queued => {
                 write!(f, "for no reason that it could have, before ")?;
             }
         }
@@ -129,8 +139,8 @@ impl Who<'_> {
 
     fn held_back(&self, f: &mut Formatter, other: &HeldBack) -> fmt::Result {
         let state = match other.rule() {
-            BaseRule::HangingOn => "which hangs on",
-            BaseRule::Queued => "which is queued",
+            ArbitrationRule::HangingOn => "which hangs on",
+            ArbitrationRule::Queued => "which is queued",
             _ => "which waits",
         };
         write!(f, "{} ({}), {state}", self.name(other.client), self.priority(other.client))

@@ -13,7 +13,7 @@ use crate::{
     arbitration::{Clients, Standing, rank, rule},
     robot_model::Ring,
     time::Time,
-    topics::{ClientId, FiringProgram, HeldBack, Lanes, MAX_TRANSDUCERS, SonarClaim, SonarDecision},
+    topics::{ClientId, FiringProgram, FixedVec, HeldBack, MAX_TRANSDUCERS, SonarClaim, SonarDecision},
 };
 
 /// What the arbiter remembers of one client.
@@ -52,7 +52,7 @@ struct Merged {
 /// Decides which firing program runs.
 ///
 /// ```
-/// # use orienteer_runtime::{robot_model::Ring, time::Time, topics::{ClientId, FiringProgram, Lanes, SonarClaim}};
+/// # use orienteer_runtime::{robot_model::Ring, time::Time, topics::{ClientId, FiringProgram, FixedVec, SonarClaim}};
 /// # use orienteer_runtime::arbitration::{Clients, sonar::{SafetyFloor, SonarArbiter}};
 /// # let mut program = FiringProgram::default();
 /// # (0..4).for_each(|i| { program.slots.push(1 << i); });
@@ -173,7 +173,7 @@ fn members(ring: &Ring) -> u32 {
 
 /// The part of a program that a ring with these members can execute.
 fn valid(program: &FiringProgram, members: u32) -> FiringProgram {
-    let mut slots = Lanes::default();
+    let mut slots = FixedVec::default();
     for slot in program.slots.iter().map(|slot| slot & members).filter(|slot| *slot != 0) {
         slots.push(slot);
     }

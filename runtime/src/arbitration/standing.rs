@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use crate::topics::{BaseRule, ClientId};
+use crate::topics::{ArbitrationRule, ClientId};
 
 /// How a client that wants the base (or the sonar) stands when a decision is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,29 +35,29 @@ pub fn rank(standings: &mut [Standing]) {
 ///
 /// ```
 /// use orienteer_runtime::arbitration::{Standing, rank, rule};
-/// use orienteer_runtime::topics::{BaseRule, ClientId};
+/// use orienteer_runtime::topics::{ArbitrationRule, ClientId};
 ///
 /// let follower = Standing { client: ClientId(0), priority: 5, arrival: 1, granted: true };
 /// let avoidance = Standing { client: ClientId(1), priority: 10, arrival: 7, granted: false };
 /// let mut line = [follower, avoidance];
 /// rank(&mut line);
 /// assert_eq!(line, [avoidance, follower]);
-/// assert_eq!((rule(&line, 0), rule(&line, 1)), (BaseRule::HigherPriority, BaseRule::HangingOn));
+/// assert_eq!((rule(&line, 0), rule(&line, 1)), (ArbitrationRule::HigherPriority, ArbitrationRule::HangingOn));
 /// ```
 #[must_use]
-pub fn rule(ranked: &[Standing], place: usize) -> BaseRule {
-    let (Some(first), Some(this)) = (ranked.first(), ranked.get(place)) else { return BaseRule::NobodyAsked };
+pub fn rule(ranked: &[Standing], place: usize) -> ArbitrationRule {
+    let (Some(first), Some(this)) = (ranked.first(), ranked.get(place)) else { return ArbitrationRule::NobodyAsked };
     if place > 0 {
         return match this {
-            Standing { granted: true, .. } => BaseRule::HangingOn,
-            Standing { priority, .. } if *priority < first.priority => BaseRule::LowerPriority,
-            _ => BaseRule::Queued,
+            Standing { granted: true, .. } => ArbitrationRule::HangingOn,
+            Standing { priority, .. } if *priority < first.priority => ArbitrationRule::LowerPriority,
+            _ => ArbitrationRule::Queued,
         };
     }
     match ranked.get(1) {
-        None => BaseRule::OnlyClaim,
-        Some(second) if second.priority < first.priority => BaseRule::HigherPriority,
-        Some(_) if first.granted => BaseRule::HeldFirst,
-        Some(_) => BaseRule::AskedFirst,
+        None => ArbitrationRule::OnlyClaim,
+        Some(second) if second.priority < first.priority => ArbitrationRule::HigherPriority,
+        Some(_) if first.granted => ArbitrationRule::HeldFirst,
+        Some(_) => ArbitrationRule::AskedFirst,
     }
 }

@@ -265,7 +265,7 @@ mod tests {
     fn every_payload_of_the_catalogue_has_a_definition_that_fits_its_bytes() {
         assert_fits(SonarScan::unfired(16));
         assert_fits(SonarClaim {
-            program: FiringProgram { slots: Lanes::filled(3, 5), ..Default::default() },
+            program: FiringProgram { slots: FixedVec::filled(3, 5), ..Default::default() },
             ..Default::default()
         });
         assert_fits(SonarDecision::default());

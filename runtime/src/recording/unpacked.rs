@@ -144,14 +144,14 @@ mod tests {
     use serde::{Deserialize, Serialize};
 
     use super::{super::packed::pack, *};
-    use crate::topics::Lanes;
+    use crate::topics::FixedVec;
 
     #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Everything {
         byte: u8,
         yes: bool,
         pair: [f64; 2],
-        lanes: Lanes<f32>,
+        list: FixedVec<f32>,
         small: i16,
         nested: (u32, i64),
         text: String,
@@ -165,13 +165,13 @@ mod tests {
 
     #[test]
     fn the_bytes_are_those_of_ros_1() {
-        let mut lanes = Lanes::filled(1.0f32, 2);
-        lanes[1] = -2.0;
+        let mut list = FixedVec::filled(1.0f32, 2);
+        list[1] = -2.0;
         let value = Everything {
             byte: 7,
             yes: true,
             pair: [1.0, f64::NEG_INFINITY],
-            lanes,
+            list,
             small: -2,
             nested: (1, -1),
             text: "ä".into(),

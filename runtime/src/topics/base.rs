@@ -4,7 +4,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ClientId, Lanes, Payload};
+use super::{ArbitrationRule, ClientId, FixedVec, HeldBack, Payload};
 use crate::{
     geometry::{Limits, Pose, Twist},
     time::Time,
@@ -295,52 +295,6 @@ impl Payload for BaseNotice {
     const QUEUE: usize = 32;
 }
 
-/// Why a client was given the base (or the sonar), or was held back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum BaseRule {
-    /// Nobody wants it.
-    NobodyAsked,
-    /// It is the only one that wants it.
-    OnlyClaim,
-    /// Its priority is strictly the highest.
-    HigherPriority,
-    /// Of equals, it had it first and keeps it.
-    HeldFirst,
-    /// Of equals, it asked first.
-    AskedFirst,
-    /// Held back: another's priority is higher.
-    LowerPriority,
-    /// Held back: it had it, was overridden and hangs on.
-    HangingOn,
-    /// Held back: an equal has it.
-    Queued,
-}
-
-/// A client that wants the base (or the sonar) and does not have it, and why.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
-#[repr(C)]
-#[type_name("orienteer::HeldBack.v1")]
-pub struct HeldBack {
-    /// Who is held back.
-    pub client: ClientId,
-    /// [`BaseRule`] as a number; see [`HeldBack::rule`].
-    code: u16,
-}
-
-impl HeldBack {
-    /// `client` is held back by `rule`.
-    #[must_use]
-    pub fn new(client: ClientId, rule: BaseRule) -> Self {
-        Self { client, code: rule.code() }
-    }
-
-    /// Why.
-    #[must_use]
-    pub fn rule(&self) -> BaseRule {
-        BaseRule::from_code(self.code)
-    }
-}
-
 /// Who has the base, what it shall do, and why. Topic `base/decision`, once a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
@@ -365,21 +319,21 @@ pub struct BaseDecision {
     pub motion: Motion,
     /// The caps of all clients together.
     pub limits: Limits,
-    held_back: Lanes<HeldBack>,
+    held_back: FixedVec<HeldBack>,
 }
 
 impl BaseDecision {
     /// Sets why the holder has the base.
     #[must_use]
-    pub fn because(mut self, rule: BaseRule) -> Self {
+    pub fn because(mut self, rule: ArbitrationRule) -> Self {
         self.rule = rule.code();
         self
     }
 
     /// Why the holder has the base.
     #[must_use]
-    pub fn rule(&self) -> BaseRule {
-        BaseRule::from_code(self.rule)
+    pub fn rule(&self) -> ArbitrationRule {
+        ArbitrationRule::from_code(self.rule)
     }
 
     /// Names one more client that is held back; there is room for every node of a robot.
@@ -403,25 +357,4 @@ impl BaseDecision {
 impl Payload for BaseDecision {
     const TOPIC: &'static str = "base/decision";
     const QUEUE: usize = 4;
-}
-
-impl BaseRule {
-    const ALL: [BaseRule; 8] = [
-        BaseRule::NobodyAsked,
-        BaseRule::OnlyClaim,
-        BaseRule::HigherPriority,
-        BaseRule::HeldFirst,
-        BaseRule::AskedFirst,
-        BaseRule::LowerPriority,
-        BaseRule::HangingOn,
-        BaseRule::Queued,
-    ];
-
-    pub(super) fn code(self) -> u16 {
-        self as u16
-    }
-
-    pub(super) fn from_code(code: u16) -> Self {
-        Self::ALL.get(usize::from(code)).copied().unwrap_or(BaseRule::NobodyAsked)
-    }
 }

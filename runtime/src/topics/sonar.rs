@@ -4,7 +4,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BaseRule, ClientId, HeldBack, Lanes, MAX_TRANSDUCERS, Payload};
+use super::{ArbitrationRule, ClientId, FixedVec, HeldBack, MAX_TRANSDUCERS, Payload};
 use crate::time::Time;
 
 /// What one transducer heard.
@@ -49,11 +49,11 @@ pub struct SonarScan {
     /// Bit `i` is set if transducer `i` was fired in this pass.
     pub fired: u32,
     /// Metres; meaningless unless the state says so. Use [`SonarScan::echo`].
-    ranges: Lanes<f32>,
+    ranges: FixedVec<f32>,
     /// See [`SonarScan::echo`].
-    states: Lanes<u8>,
+    states: FixedVec<u8>,
     /// Seconds from the reading of each transducer to `stamp`.
-    ages: Lanes<f32>,
+    ages: FixedVec<f32>,
 }
 
 const NOT_FIRED: u8 = 0;
@@ -66,9 +66,9 @@ impl SonarScan {
     #[must_use]
     pub fn unfired(transducers: usize) -> Self {
         Self {
-            ranges: Lanes::filled(0.0, transducers),
-            states: Lanes::filled(NOT_FIRED, transducers),
-            ages: Lanes::filled(0.0, transducers),
+            ranges: FixedVec::filled(0.0, transducers),
+            states: FixedVec::filled(NOT_FIRED, transducers),
+            ages: FixedVec::filled(0.0, transducers),
             ..Self::default()
         }
     }
@@ -165,7 +165,7 @@ impl Payload for SonarScan {
 #[type_name("orienteer::FiringProgram.v1")]
 pub struct FiringProgram {
     /// A bit mask of transducers for each slot, in firing order.
-    pub slots: Lanes<u32>,
+    pub slots: FixedVec<u32>,
     /// Least seconds from the start of a pass to the start of the next. The safety floor may shorten it.
     pub period: f32,
     /// Number of distinct passes over whose median the client averages; 0 and 1 mean none. Scans are never averaged for it:
@@ -221,21 +221,21 @@ pub struct SonarDecision {
     /// Since when the holder has had the sonar without a break; the stamp if nobody has it.
     pub since: Time,
     rule: u16,
-    held_back: Lanes<HeldBack>,
+    held_back: FixedVec<HeldBack>,
 }
 
 impl SonarDecision {
     /// Sets why the holder has the sonar.
     #[must_use]
-    pub fn because(mut self, rule: BaseRule) -> Self {
+    pub fn because(mut self, rule: ArbitrationRule) -> Self {
         self.rule = rule.code();
         self
     }
 
     /// Why the holder has the sonar.
     #[must_use]
-    pub fn rule(&self) -> BaseRule {
-        BaseRule::from_code(self.rule)
+    pub fn rule(&self) -> ArbitrationRule {
+        ArbitrationRule::from_code(self.rule)
     }
 
     /// Names one more client that is held back; there is room for every node of a robot.

@@ -75,12 +75,12 @@ pub fn step(robot: usize, step: u64) -> Step {
     let twist = Twist::new(w(4), w(5) - 0.5);
     let odometry = Odometry { stamp, pose, twist, travelled: step as f64 * 0.02, turned: -w(6), battery: 12.5, flags: 1 };
     let covariance = std::array::from_fn(|i| w(i as u64 + 300) * 1e-3);
-    let mut decision = BaseDecision::default().because(BaseRule::HigherPriority);
+    let mut decision = BaseDecision::default().because(ArbitrationRule::HigherPriority);
     (decision.stamp, decision.valid_until) = (stamp, stamp + 2 * PERIOD);
     decision.holder = ClientId((step % 3) as u16);
     decision.motion = Motion::velocity(twist);
     decision.limits = Limits { linear: w(7), ..Limits::NONE };
-    decision.hold_back(HeldBack::new(ClientId(2), BaseRule::LowerPriority));
+    decision.hold_back(HeldBack::new(ClientId(2), ArbitrationRule::LowerPriority));
     Step {
         scan,
         odometry,

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 use orienteer_runtime::{
     geometry::Pose,
     robot_model::{Ring, Transducer},
-    topics::{Echo, FiringProgram, Lanes},
+    topics::{Echo, FiringProgram, FixedVec},
 };
 
 #[derive(Debug, Clone, Default)]
@@ -109,6 +109,6 @@ fn ring_of(transducers: Vec<Transducer>) -> Ring {
         min_range: 0.03,
         max_range: 5.0,
         slot_time: 0.1,
-        program: FiringProgram { slots: Lanes::filled(all, 1), period: 0.1, rings: 1 },
+        program: FiringProgram { slots: FixedVec::filled(all, 1), period: 0.1, rings: 1 },
     }
 }

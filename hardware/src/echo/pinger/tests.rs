@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use nalgebra::Point2;
 use orienteer_runtime::{
     robot_model::Transducer,
-    topics::{Echo, Lanes},
+    topics::{Echo, FixedVec},
 };
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -22,7 +22,7 @@ fn ms(millis: u64) -> Time {
 }
 
 fn program(slots: &[u32], period: f32) -> FiringProgram {
-    let mut masks = Lanes::filled(0, slots.len());
+    let mut masks = FixedVec::filled(0, slots.len());
     masks.copy_from_slice(slots);
     FiringProgram { slots: masks, period, rings: 1 }
 }

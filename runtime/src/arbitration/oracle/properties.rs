@@ -4,7 +4,7 @@ use super::{Breach, History, Outcome, Property, Step, run};
 use crate::{
     geometry::{Limits, Twist},
     time::Time,
-    topics::{BaseClaim, BaseNotice, BaseRule, ClientId, MotionKind, NoticeKind},
+    topics::{ArbitrationRule, BaseClaim, BaseNotice, ClientId, MotionKind, NoticeKind},
 };
 
 /// What is known of a client from outside.
@@ -63,7 +63,7 @@ fn numbers_before(history: &History, step: usize) -> Vec<u32> {
 
 fn holder_has_a_live_claim(seen: &[Seen], now: Time, Outcome { decision, .. }: &Outcome) -> Result<(), String> {
     let Some(holder) = decision.holder.known() else {
-        let rests = decision.motion.kind() == MotionKind::Stop && decision.rule() == BaseRule::NobodyAsked;
+        let rests = decision.motion.kind() == MotionKind::Stop && decision.rule() == ArbitrationRule::NobodyAsked;
         return ensure(rests && decision.held_back().is_empty(), "something moves for nobody, or nobody wins");
     };
     let holds = &seen[usize::from(holder.0)];

@@ -6,7 +6,7 @@ use super::{History, Outcome, Step};
 use crate::{
     geometry::Limits,
     time::Time,
-    topics::{BaseClaim, BaseDecision, BaseNotice, BaseRule, ClientId, HeldBack, Motion, MotionKind, NoticeKind},
+    topics::{ArbitrationRule, BaseClaim, BaseDecision, BaseNotice, ClientId, HeldBack, Motion, MotionKind, NoticeKind},
 };
 
 /// What a client's claims amount to.
@@ -163,7 +163,7 @@ impl Controller<'_> {
     }
 
     /// Finds the owner, tells whom it concerns, and says why.
-    fn hand_over(&mut self, now: Time) -> BaseRule {
+    fn hand_over(&mut self, now: Time) -> ArbitrationRule {
         let front = self.next_queue().and_then(|queue| queue.front().copied());
         let mut by_turn = false;
         if let Some(owner) = self.owner {
@@ -179,15 +179,15 @@ impl Controller<'_> {
             by_turn = true;
             self.take_next(now);
         }
-        let Some(owner) = self.owner else { return BaseRule::NobodyAsked };
+        let Some(owner) = self.owner else { return ArbitrationRule::NobodyAsked };
         let priority = owner.priority;
         if self.queues.get(&priority).is_some_and(|equals| !equals.is_empty()) {
             // An override goes by turn as well, if several of the same priority come at once.
             let by_turn = by_turn || front.is_some_and(|front| (front.client, front.number) == (owner.client, owner.number));
-            return if by_turn { BaseRule::AskedFirst } else { BaseRule::HeldFirst };
+            return if by_turn { ArbitrationRule::AskedFirst } else { ArbitrationRule::HeldFirst };
         }
         let alone = self.overridden.is_empty() && self.queues.values().all(VecDeque::is_empty);
-        if alone { BaseRule::OnlyClaim } else { BaseRule::HigherPriority }
+        if alone { ArbitrationRule::OnlyClaim } else { ArbitrationRule::HigherPriority }
     }
 
     fn take_next(&mut self, now: Time) {
@@ -212,7 +212,7 @@ impl Controller<'_> {
         }
     }
 
-    fn report(&self, rule: BaseRule, now: Time) -> BaseDecision {
+    fn report(&self, rule: ArbitrationRule, now: Time) -> BaseDecision {
         let mut decision = BaseDecision::default().because(rule);
         (decision.stamp, decision.valid_until, decision.since) = (now, now, now);
         if let Some(owner) = self.owner {
@@ -226,11 +226,11 @@ impl Controller<'_> {
         (decision.limits.angular, decision.turn_limited_by) = self.lowest(|limits| limits.angular);
         for priority in (0..=u8::MAX).rev() {
             for session in self.overridden.iter().filter(|session| session.priority == priority) {
-                decision.hold_back(HeldBack::new(session.client, BaseRule::HangingOn));
+                decision.hold_back(HeldBack::new(session.client, ArbitrationRule::HangingOn));
             }
             for session in self.queues.get(&priority).into_iter().flatten() {
                 let equal = self.owner.is_some_and(|owner| owner.priority == priority);
-                let rule = if equal { BaseRule::Queued } else { BaseRule::LowerPriority };
+                let rule = if equal { ArbitrationRule::Queued } else { ArbitrationRule::LowerPriority };
                 decision.hold_back(HeldBack::new(session.client, rule));
             }
         }

@@ -34,7 +34,7 @@ use thiserror::Error;
 use crate::{
     arbitration::sonar::members,
     robot_model::Ring,
-    topics::{FiringProgram, Lanes, MAX_TRANSDUCERS},
+    topics::{FiringProgram, FixedVec, MAX_TRANSDUCERS},
 };
 
 /// Gaps may be longer than the floor's period by this much, s: programs carry their period in single precision.
@@ -162,7 +162,7 @@ impl SafetyFloor {
                 self.thin_out(&mut work, period);
             }
         }
-        let mut slots = Lanes::default();
+        let mut slots = FixedVec::default();
         let mut added = 0;
         for slot in &work {
             slots.push(slot.own | slot.added);

@@ -15,13 +15,13 @@ pub const MAX_TRANSDUCERS: usize = 32;
 /// Up to [`MAX_TRANSDUCERS`] values, mostly one for each transducer of a ring in the ring's own order. Behaves like a slice.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::Lanes.v1")]
-pub struct Lanes<T: ZeroCopySend> {
+#[type_name("orienteer::FixedVec.v1")]
+pub struct FixedVec<T: ZeroCopySend> {
     len: u32,
     values: [T; MAX_TRANSDUCERS],
 }
 
-impl<T: ZeroCopySend + Copy + Default> Lanes<T> {
+impl<T: ZeroCopySend + Copy + Default> FixedVec<T> {
     /// `len` copies of one value; a length above [`MAX_TRANSDUCERS`] is cut.
     #[must_use]
     pub fn filled(value: T, len: usize) -> Self {
@@ -41,13 +41,13 @@ impl<T: ZeroCopySend + Copy + Default> Lanes<T> {
     }
 }
 
-impl<T: ZeroCopySend + Copy + Default> Default for Lanes<T> {
+impl<T: ZeroCopySend + Copy + Default> Default for FixedVec<T> {
     fn default() -> Self {
         Self::filled(T::default(), 0)
     }
 }
 
-impl<T: ZeroCopySend> Deref for Lanes<T> {
+impl<T: ZeroCopySend> Deref for FixedVec<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
@@ -56,31 +56,31 @@ impl<T: ZeroCopySend> Deref for Lanes<T> {
     }
 }
 
-impl<T: ZeroCopySend> DerefMut for Lanes<T> {
+impl<T: ZeroCopySend> DerefMut for FixedVec<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         &mut self.values[..(self.len as usize).min(MAX_TRANSDUCERS)]
     }
 }
 
-impl<T: ZeroCopySend + Serialize> Serialize for Lanes<T> {
+impl<T: ZeroCopySend + Serialize> Serialize for FixedVec<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.iter())
     }
 }
 
-impl<'de, T: ZeroCopySend + Copy + Default + Deserialize<'de>> Deserialize<'de> for Lanes<T> {
+impl<'de, T: ZeroCopySend + Copy + Default + Deserialize<'de>> Deserialize<'de> for FixedVec<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let values = Vec::<T>::deserialize(deserializer)?;
         if values.len() > MAX_TRANSDUCERS {
             return Err(D::Error::invalid_length(values.len(), &"at most 32 values"));
         }
-        let mut lanes = Self::filled(T::default(), values.len());
-        lanes.copy_from_slice(&values);
-        Ok(lanes)
+        let mut list = Self::filled(T::default(), values.len());
+        list.copy_from_slice(&values);
+        Ok(list)
     }
 }
 
-impl<T: ZeroCopySend + JsonSchema> JsonSchema for Lanes<T> {
+impl<T: ZeroCopySend + JsonSchema> JsonSchema for FixedVec<T> {
     fn schema_name() -> Cow<'static, str> {
         format!("LanesOf{}", T::schema_name()).into()
     }
