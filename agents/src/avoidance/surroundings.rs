@@ -38,6 +38,8 @@ pub struct Surroundings {
     now: Option<(Time, Pose)>,
     /// Speed along the heading, m/s.
     speed: f64,
+    /// A transducer that has said nothing for longer than this, s, is silent: nobody knows what is there.
+    patience: f64,
 }
 
 /// Something that a transducer hears.
@@ -65,6 +67,8 @@ const TILT: f64 = 0.1;
 const BESIDE: f64 = 0.5;
 /// A thing that approaches more slowly than this stands, m/s.
 const STANDS: f64 = 0.06;
+/// On top of two passes of the ring's own program: the safety floor has every transducer fire twice a second, s.
+const SILENT: f64 = 0.5;
 /// 1 / cos 30° and some for the transducers standing apart on the ring.
 const RIM: f64 = 1.3;
 
@@ -75,7 +79,9 @@ impl Surroundings {
         let tracks = vec![Track::default(); ring.transducers.len()];
         let face = |mount: &Pose| (mount.x * mount.heading.cos() + mount.y * mount.heading.sin(), mount.heading.cos());
         let faces = ring.transducers.iter().map(|transducer| face(&transducer.mount)).collect();
-        Self { ring, radius, tracks, faces, last: None, now: None, speed: 0.0 }
+        let pass = f64::from(ring.program.period).max(ring.program.slots.len() as f64 * ring.slot_time);
+        let patience = SILENT + 2.0 * pass;
+        Self { ring, radius, tracks, faces, last: None, now: None, speed: 0.0, patience }
     }
 
     /// Follows the robot's own motion.
@@ -130,10 +136,15 @@ impl Surroundings {
         }
     }
 
+    /// True if a transducer has not said anything for too long.
+    fn is_silent(&self, track: &Track) -> bool {
+        self.now.is_some_and(|(now, _)| now.as_secs_f64() - track.taken() > self.patience)
+    }
+
     /// Everything within hearing, one entry for each transducer that hears something.
     pub fn all(&self) -> impl Iterator<Item = Threat> + '_ {
         self.ring.transducers.iter().zip(&self.tracks).enumerate().filter_map(|(i, (transducer, track))| {
-            let range = track.range()?;
+            let range = track.range().filter(|_| !self.is_silent(track))?;
             let (bearing, (reach, forward)) = (transducer.mount.heading, self.faces[i]);
             let trend = track.trend();
             let distance = range + reach;
@@ -157,9 +168,13 @@ impl Surroundings {
         })
     }
 
-    /// How far the body could go toward `bearing` (rad from the heading) before it touches something, m; at most `limit`.
+    /// How far the body could go toward `bearing` (rad from the heading) before it touches something, m; at most `limit`, and
+    /// nothing where the transducer that looks that way is silent.
     #[must_use]
     pub fn free_toward(&self, bearing: f64, margin: f64, limit: f64) -> f64 {
+        if self.ring.nearest_to(bearing).is_some_and(|nearest| self.is_silent(&self.tracks[nearest])) {
+            return 0.0;
+        }
         let swath = self.radius + margin;
         self.all()
             .filter_map(|thing| {

@@ -207,3 +207,23 @@ fn odometry_that_is_not_a_number_leaves_no_trace() {
         assert!(states(Some(spoil)) == undisturbed, "nonsense {i} has left a trace");
     }
 }
+
+/// A transducer that has died says nothing of what is there now.
+#[test]
+fn what_a_silent_transducer_heard_last_is_no_news() {
+    let ring = ring();
+    let mut around = Surroundings::new(ring.clone(), RADIUS);
+    let dead = ring.nearest_to(1.57).unwrap();
+    let echoes = |i: usize| if i == dead { Echo::NotFired } else { Echo::Nothing };
+    for step in 0..40u32 {
+        let now = Time::from_secs_f64(f64::from(step) * STEP);
+        around.moved(&Odometry { stamp: now, ..Odometry::default() });
+        let heard: Vec<Echo> = (0..16).map(|i| if step < 10 { Echo::Range(1.0) } else { echoes(i) }).collect();
+        around.heard(&[SonarScan::from_echoes(now, u64::from(step), &heard)]);
+        if step == 9 {
+            assert!(around.free_toward(1.57, 0.05, 3.0) > 0.5 && around.all().count() == 16);
+        }
+    }
+    assert_eq!((around.free_toward(1.57, 0.05, 3.0), around.all().count()), (0.0, 0));
+    assert_eq!(around.free_toward(0.0, 0.05, 3.0), 3.0, "the others hear that nothing is there");
+}

@@ -12,6 +12,8 @@ pub(super) struct Track {
     /// The most by which a thing at rest can have come nearer since the beginning, m.
     along: f64,
     last: Option<(Point2<f64>, f64)>,
+    /// When the newest reading was taken, s.
+    taken: f64,
     samples: [Sample; HISTORY],
     len: usize,
     next: usize,
@@ -75,6 +77,7 @@ impl Default for Track {
             count: 0,
             along: 0.0,
             last: None,
+            taken: f64::NEG_INFINITY,
             samples: [Sample::default(); HISTORY],
             len: 0,
             next: 0,
@@ -90,6 +93,11 @@ impl Track {
         self.range
     }
 
+    /// When the newest reading was taken, s; before all times if there is none.
+    pub fn taken(&self) -> f64 {
+        self.taken
+    }
+
     /// How it moves by itself, as of the last [`Track::refit`].
     pub fn trend(&self) -> Trend {
         self.trend
@@ -102,6 +110,7 @@ impl Track {
 
     /// Takes a reading of a beam in which things may be up to `half` off the axis, rad. `course` gives the direction of a vector.
     pub fn push(&mut self, reading: Reading, half: f64, course: impl FnOnce(Vector2<f64>) -> f64) {
+        self.taken = reading.time;
         if let Some((last, axis)) = self.last.replace((reading.at, reading.axis)) {
             let by = reading.at - last;
             let off = angle::turn(course(by), reading.axis).abs();
