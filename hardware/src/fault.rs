@@ -42,6 +42,8 @@ pub struct FaultInjector<D> {
     last_scan: Option<SonarScan>,
     fetched: Vec<SonarScan>,
     heard: Time,
+    /// When the driver was last asked for anything.
+    asked: Time,
 }
 
 impl<D> FaultInjector<D> {
@@ -57,6 +59,7 @@ impl<D> FaultInjector<D> {
             last_scan: None,
             fetched: Vec::new(),
             heard: Time::START,
+            asked: Time::START,
         }
     }
 
@@ -88,12 +91,14 @@ impl<D: BaseDriver> BaseDriver for FaultInjector<D> {
     }
 
     fn command(&mut self, now: Time, twist: Twist) -> Result<(), DriverError> {
+        self.asked = now;
         self.link(now, "the base")?;
         self.heard = now;
         self.inner.command(now, twist)
     }
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        self.asked = now;
         let fresh = self.inner.poll(now);
         if let Err(lost) = self.link(now, "the base") {
             if now.secs_since(self.heard) >= self.config.firmware_timeout {
@@ -122,8 +127,11 @@ impl<D: BaseDriver> BaseDriver for FaultInjector<D> {
         self.inner.truth()
     }
 
+    /// A stop takes the same way as any command: with the link lost, only the base's own firmware can stop it.
     fn stop(&mut self) {
-        self.inner.stop();
+        if !in_any(&self.config.link_lost, self.asked) {
+            self.inner.stop();
+        }
     }
 }
 

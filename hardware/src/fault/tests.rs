@@ -139,6 +139,24 @@ fn a_lost_link_fails_loudly_and_the_firmware_stops_the_base() {
     assert_eq!(sonar_run(config, 20).iter().map(Vec::len).sum::<usize>(), 17);
 }
 
+/// Whoever finds that commands fail tells the driver to stop, which takes the same lost way.
+#[test]
+fn a_stop_does_not_get_through_a_lost_link() {
+    let config = FaultConfig { link_lost: middle(), firmware_timeout: 0.25, ..FaultConfig::default() };
+    let mut base = faulty(config);
+    let driven: Vec<f64> = (0..10)
+        .map(|i| {
+            let _ = BaseDriver::poll(&mut base, at(i));
+            if base.command(at(i), Twist::new(1.0, 0.0)).is_err() {
+                BaseDriver::stop(&mut base);
+            }
+            BaseDriver::poll(&mut base.inner, at(i)).unwrap().pose.x
+        })
+        .collect();
+    assert!(driven[6] > driven[5], "it goes on at first: {driven:?}");
+    assert!((driven[8] - driven[7]).abs() < 1e-9, "then the firmware stops it: {driven:?}");
+}
+
 #[test]
 fn nan_and_silence_hold_for_their_interval() {
     let config = FaultConfig { not_a_number: middle(), silent: middle(), ..FaultConfig::default() };

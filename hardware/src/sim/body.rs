@@ -35,9 +35,7 @@ pub struct SimBodyConfig {
 /// Length of one step of the physics.
 const SUBSTEP: Duration = Duration::from_millis(10);
 /// How far back [`SimBody::pose_at`] reaches. At wall time the base is read more often than the sonar.
-pub const REMEMBERED: Duration = Duration::from_secs(1);
-/// Poses in the trail.
-const TRAIL: usize = (REMEMBERED.as_millis() / SUBSTEP.as_millis()) as usize;
+const REMEMBERED: Duration = Duration::from_secs(1);
 /// What was touched stays touched until it is farther away than this, m: as far as a bumper springs back.
 const BUMPER: f64 = 5e-3;
 /// A robot that moves toward what it touches faster than this has driven into it, m/s.
@@ -179,7 +177,7 @@ impl SimBody {
             let seconds = next.secs_since(self.now);
             self.now = next;
             self.substep(&arena, seconds);
-            if self.trail.len() >= TRAIL {
+            while self.trail.get(1).is_some_and(|(stamp, _)| self.now.since(*stamp) >= REMEMBERED) {
                 self.trail.pop_front();
             }
             self.trail.push_back((self.now, self.pose));
