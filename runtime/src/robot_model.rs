@@ -25,10 +25,24 @@ pub struct Platform {
 }
 
 impl Platform {
-    /// Distance needed to come to rest from `speed`, m: `v² / 2a`.
+    /// What no base can be, if it is: protection reckons with these numbers, and with NaN everything would look free.
     #[must_use]
-    pub fn stopping_distance(&self, speed: f64) -> f64 {
-        speed * speed / (2.0 * self.acceleration)
+    pub fn flaw(&self) -> Option<String> {
+        let positive = |number: f64| number.is_finite() && number > 0.0;
+        let flaw = |what: &str, number: f64| Some(format!("the {what} of `{}` is {number}", self.name));
+        match self {
+            Self { radius, .. } if !positive(*radius) => flaw("radius", *radius),
+            Self { acceleration, .. } if !positive(*acceleration) => flaw("acceleration", *acceleration),
+            Self { angular_acceleration, .. } if !positive(*angular_acceleration) => {
+                flaw("angular acceleration", *angular_acceleration)
+            }
+            Self { turning_radius, .. } if !(turning_radius.is_finite() && *turning_radius >= 0.0) => {
+                flaw("turning radius", *turning_radius)
+            }
+            Self { limits: Limits { linear, .. }, .. } if !positive(*linear) => flaw("top speed", *linear),
+            Self { limits: Limits { angular, .. }, .. } if !positive(*angular) => flaw("top turn rate", *angular),
+            _ => None,
+        }
     }
 }
 
@@ -59,6 +73,30 @@ pub struct Ring {
 }
 
 impl Ring {
+    /// What no ring can be, if it is.
+    #[must_use]
+    pub fn flaw(&self) -> Option<String> {
+        let sound = |transducer: &Transducer| {
+            let Transducer { mount, half_beam } = transducer;
+            mount.is_sound() && *half_beam > 0.0 && *half_beam < std::f64::consts::FRAC_PI_2
+        };
+        let Self { name, min_range, max_range, slot_time, .. } = self;
+        if !(*min_range >= 0.0 && max_range > min_range && max_range.is_finite()) {
+            return Some(format!("`{name}` hears from {min_range} to {max_range} m"));
+        }
+        if !(slot_time.is_finite() && *slot_time >= 0.0) {
+            return Some(format!("the slot time of `{name}` is {slot_time} s"));
+        }
+        let wrong = self.transducers.iter().position(|transducer| !sound(transducer))?;
+        Some(format!("transducer {wrong} of `{name}` has a place or a beam that can't be: {:?}", self.transducers[wrong]))
+    }
+
+    /// The transducer that looks along `bearing` (rad, robot frame), if one points within `tolerance` rad of it.
+    #[must_use]
+    pub fn facing(&self, bearing: f64, tolerance: f64) -> Option<usize> {
+        self.nearest_to(bearing).filter(|nearest| self.within(bearing, tolerance).any(|within| within == *nearest))
+    }
+
     /// The transducer whose beam points nearest to `bearing` (rad, robot frame); `None` if the ring is empty.
     #[must_use]
     pub fn nearest_to(&self, bearing: f64) -> Option<usize> {
@@ -70,5 +108,41 @@ impl Ring {
     pub fn within(&self, bearing: f64, half_angle: f64) -> impl Iterator<Item = usize> + '_ {
         let inside = move |t: &Transducer| crate::geometry::angle::turn(t.mount.heading, bearing).abs() <= half_angle + 1e-9;
         self.transducers.iter().enumerate().filter(move |(_, t)| inside(t)).map(|(i, _)| i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_base_and_no_ring_can_be_is_told() {
+        let limits = Limits { linear: 0.5, angular: 1.0 };
+        let sound = Platform {
+            name: "base".into(),
+            radius: 0.3,
+            limits,
+            acceleration: 0.5,
+            angular_acceleration: 1.0,
+            turning_radius: 0.0,
+        };
+        assert_eq!(sound.flaw(), None);
+        for wrong in [f64::NAN, f64::INFINITY, -1.0] {
+            assert!(Platform { radius: wrong, ..sound.clone() }.flaw().is_some_and(|flaw| flaw.contains("radius")));
+            assert!(Platform { acceleration: wrong, ..sound.clone() }.flaw().is_some_and(|flaw| flaw.contains("acceleration")));
+            assert!(Platform { turning_radius: wrong, ..sound.clone() }.flaw().is_some());
+            assert!(Platform { limits: Limits { linear: wrong, ..limits }, ..sound.clone() }.flaw().is_some());
+        }
+        let transducers = vec![Transducer { mount: Pose::default(), half_beam: 0.2 }];
+        let (name, program) = ("ring".into(), FiringProgram::default());
+        let ring = Ring { name, transducers, min_range: 0.1, max_range: 5.0, slot_time: 0.01, program };
+        assert_eq!(ring.flaw(), None);
+        assert!(Ring { max_range: f64::NAN, ..ring.clone() }.flaw().is_some());
+        let blunt = Transducer { mount: Pose::default(), half_beam: 2.0 };
+        assert!(
+            Ring { transducers: vec![ring.transducers[0], blunt], ..ring }
+                .flaw()
+                .is_some_and(|flaw| flaw.contains("transducer 1"))
+        );
     }
 }

@@ -34,7 +34,7 @@ use orienteer_runtime::{
 
 use super::{
     Loaded, RunError,
-    remarks::{Remark, blind_spot},
+    remarks::{self, Remark},
     world::open_world,
 };
 use crate::Registry;
@@ -132,12 +132,16 @@ const FIRST_AGENT: u16 = 2;
 const EVERY_TRANSDUCER: f64 = 0.5;
 
 impl RobotBuilder<'_> {
-    fn build(&self, sources: &mut Sources, remarks: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
+    fn build(&self, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
         let (base, sonar) = self.open_devices(sources)?;
         let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
         let ring = sonar.ring().clone();
-        if let Some(text) = blind_spot(&base, &ring) {
-            Remark::note(remarks, &self.config.name, text);
+        if let Some(flaw) = remarks::flaw(&base, &ring) {
+            let hint = "the driver says so; correct it, or the values that it takes from here";
+            return Err(Problems::from(Problem::new(sources, &self.config.span, flaw, hint)).into());
+        }
+        if let Some(text) = remarks::of_sight(&base, &ring) {
+            Remark::note(noted, &self.config.name, text);
         }
         let context = self.context(&base, &ring);
         let mut nodes = vec![self.base_node(&context, base, &ring, sources)?];

@@ -43,15 +43,19 @@ pub fn several<S: AsRef<str>>(names: &[S]) -> String {
 /// Narrower than this, m, is less than anybody's leg.
 const LEG: f64 = 0.05;
 
-/// Where somebody can step in front of the robot and is not heard.
-pub(super) fn blind_spot(base: &OpenBase, ring: &Ring) -> Option<String> {
+/// What a person should know of how a robot sees where it goes.
+pub(super) fn of_sight(base: &OpenBase, ring: &Ring) -> Option<String> {
     let (platform, protection) = (base.driver.platform(), &base.protection);
-    if !protection.sonar_required || ring.transducers.is_empty() {
+    if !protection.sonar_required {
         return None;
     }
-    let speed = platform.limits.linear;
-    let braking = protection.braking_share * platform.acceleration;
-    let stop = speed * protection.latency + speed * speed / (2.0 * braking) + protection.margin;
+    if ring.transducers.is_empty() {
+        return Some(format!(
+            "without a sonar `{}` stands: give the robot one, or say `protection.sonar_required = false` if it is to drive blind",
+            platform.name
+        ));
+    }
+    let stop = protection.stopping_distance(platform);
     let gap = widest_gap(ring, platform.radius, stop);
     (gap > LEG).then(|| {
         format!(
@@ -62,4 +66,10 @@ pub(super) fn blind_spot(base: &OpenBase, ring: &Ring) -> Option<String> {
             platform.name
         )
     })
+}
+
+/// What a driver says of its base or ring and can't be true.
+pub(super) fn flaw(base: &OpenBase, ring: &Ring) -> Option<String> {
+    let ring = Some(ring).filter(|ring| !ring.transducers.is_empty());
+    base.driver.platform().flaw().or_else(|| base.protection.flaw()).or_else(|| ring?.flaw())
 }

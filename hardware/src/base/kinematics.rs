@@ -55,7 +55,7 @@ pub struct BaseConfig {
 
 impl Default for BaseConfig {
     fn default() -> Self {
-        presets::b12_huey()
+        BaseConfig { name: "custom".into(), ..presets::b12_huey() }
     }
 }
 

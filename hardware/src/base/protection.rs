@@ -10,7 +10,8 @@
 //! 5. the demand has outlived its time: stop;
 //! 6. contact: see below;
 //! 7. the limits of the platform and of the clients: the same curve, slower;
-//! 8. no transducer looks where the base is going: creep. One that should look is silent: stop, or creep;
+//! 8. no transducer looks where the base is going: creep, or stop if there is none at all. One that should look is silent: stop,
+//!    or creep;
 //! 9. **free distance**: never faster than the base can stop in the free distance that it sees.
 //!
 //! # Free distance
@@ -329,6 +330,8 @@ impl Protection {
     fn look(&self, now: Time, twist: Twist) -> (f64, Reason) {
         let bearing = if twist.linear < 0.0 { std::f64::consts::PI } else { 0.0 };
         match self.sight.age_towards(now, bearing, self.config.look_half_angle_deg.to_radians()) {
+            // Who sees nothing at all has nothing to creep by.
+            None if self.sight.is_empty() => (0.0, Reason::Blind),
             None => (self.config.blind_speed, Reason::Blind),
             Some(age) if age > self.max_age => (self.config.stale_speed, Reason::StaleSonar),
             Some(_) => (f64::MAX, Reason::FreeDistance),

@@ -1,5 +1,6 @@
 //! The parameters of protection.
 
+use orienteer_runtime::robot_model::Platform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,5 +61,35 @@ impl Default for ProtectionConfig {
             back_off_speed: 0.1,
             max_odometry_age: 0.5,
         }
+    }
+}
+
+impl ProtectionConfig {
+    /// The distance ahead within which a base must see to go at its top speed, m: what it drives in a control period and its
+    /// latency, brakes in, and leaves as a margin.
+    #[must_use]
+    pub fn stopping_distance(&self, platform: &Platform) -> f64 {
+        let speed = platform.limits.linear;
+        speed * (self.period + self.latency) + speed * speed / (2.0 * self.braking_share * platform.acceleration) + self.margin
+    }
+
+    /// What can't be, if anything is: a NaN among these numbers would make everything look free.
+    #[must_use]
+    pub fn flaw(&self) -> Option<String> {
+        let numbers = [
+            ("latency", self.latency),
+            ("braking_share", self.braking_share),
+            ("margin", self.margin),
+            ("clearance", self.clearance),
+            ("max_sonar_age", self.max_sonar_age),
+            ("look_half_angle_deg", self.look_half_angle_deg),
+            ("stale_speed", self.stale_speed),
+            ("blind_speed", self.blind_speed),
+            ("back_off_speed", self.back_off_speed),
+            ("max_odometry_age", self.max_odometry_age),
+        ];
+        let wrong = numbers.into_iter().find(|(_, number)| !(number.is_finite() && *number >= 0.0));
+        let wrong = wrong.or((self.braking_share == 0.0).then_some(("braking_share", 0.0)));
+        wrong.map(|(name, number)| format!("`{name}` of the base's protection is {number}"))
     }
 }

@@ -165,6 +165,11 @@ impl Sight {
         }
     }
 
+    /// True if there is no transducer.
+    pub fn is_empty(&self) -> bool {
+        self.transducers.is_empty()
+    }
+
     /// Remembers where the base was.
     pub fn pass(&mut self, odometry: &Odometry) {
         let newest = self.poses[self.newest].0;
