@@ -34,6 +34,7 @@ mod inputs;
 mod outputs;
 mod pilot;
 mod script;
+mod undeclared;
 mod wiring;
 
 use std::{sync::Arc, time::Duration};

@@ -101,8 +101,6 @@ pub(crate) struct Host {
     report: NodeReport,
     /// Why there is no behaviour, if there is none.
     down: String,
-    /// Topics that it uses without having declared them, once told.
-    undeclared: Vec<&'static str>,
     _pulse: Pulse,
 }
 
@@ -153,7 +151,6 @@ impl Host {
             track,
             robot,
             down: String::new(),
-            undeclared: Vec::new(),
             _pulse: pulse,
         })
     }
@@ -240,12 +237,10 @@ impl Host {
             Ok(dropped) => self.report.dropped += u64::from(dropped),
             Err(error) => self.outputs.log(Level::ERROR, format!("can't publish: {error}")),
         }
-        let undeclared = [self.inputs.take_undeclared(), self.outputs.take_undeclared()];
-        for topic in undeclared.into_iter().flatten() {
-            if self.undeclared.contains(&topic) {
-                continue;
-            }
-            self.undeclared.push(topic);
+        for topic in self.inputs.undeclared().news() {
+            self.outputs.undeclared().note(topic);
+        }
+        for topic in self.outputs.undeclared().news().to_vec() {
             self.outputs.log(Level::ERROR, format!("uses the topic `{topic}` without having declared it"));
         }
         let mut track = self.track.borrow_mut();

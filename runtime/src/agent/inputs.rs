@@ -2,10 +2,10 @@
 
 use std::{
     any::{Any, TypeId},
-    cell::Cell,
+    cell::{RefCell, RefMut},
 };
 
-use super::{Phase, Wiring};
+use super::{Phase, Wiring, undeclared::Undeclared};
 use crate::{
     link::{LinkError, RobotBus, Subscriber},
     topics::Payload,
@@ -18,7 +18,7 @@ pub struct Inputs {
     /// The phase that is being stepped.
     pub phase: Phase,
     slots: Vec<Box<dyn ReadPort>>,
-    undeclared: Cell<Option<&'static str>>,
+    undeclared: RefCell<Undeclared>,
 }
 
 impl Inputs {
@@ -28,14 +28,14 @@ impl Inputs {
     /// If a port can't be made.
     pub(crate) fn connect(wiring: &Wiring, bus: Option<&RobotBus>) -> Result<Self, LinkError> {
         let slots = wiring.read_ports().iter().map(|port| (port.reader)(bus)).collect::<Result<_, _>>()?;
-        Ok(Self { phase: Phase::Behave, slots, undeclared: Cell::new(None) })
+        Ok(Self { phase: Phase::Behave, slots, undeclared: RefCell::default() })
     }
 
     /// Inputs that only hold what [`Inputs::put`] gives them: for tests.
     #[must_use]
     pub fn offline(wiring: &Wiring) -> Self {
         let slots = wiring.read_ports().iter().filter_map(|port| (port.reader)(None).ok()).collect();
-        Self { phase: Phase::Behave, slots, undeclared: Cell::new(None) }
+        Self { phase: Phase::Behave, slots, undeclared: RefCell::default() }
     }
 
     /// The newest sample of a topic, however old; `None` before the first.
@@ -85,15 +85,15 @@ impl Inputs {
         }
     }
 
-    /// A topic that was asked for without having been declared: a mistake of the node's author.
-    pub(crate) fn take_undeclared(&self) -> Option<&'static str> {
-        self.undeclared.take()
+    /// Topics that were asked for without having been declared.
+    pub(crate) fn undeclared(&self) -> RefMut<'_, Undeclared> {
+        self.undeclared.borrow_mut()
     }
 
     fn slot<P: Payload>(&self) -> Option<&ReadSlot<P>> {
         let found = self.slots.iter().find(|slot| slot.payload() == TypeId::of::<P>());
         if found.is_none() {
-            self.undeclared.set(Some(P::TOPIC));
+            self.undeclared().note(P::TOPIC);
         }
         found.and_then(|slot| slot.as_any().downcast_ref())
     }

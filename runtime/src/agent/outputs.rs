@@ -4,7 +4,7 @@ use std::any::{Any, TypeId};
 
 use tracing::Level;
 
-use super::{Wiring, inputs::USUAL};
+use super::{Wiring, inputs::USUAL, undeclared::Undeclared};
 use crate::{
     arbitration::client::{BaseHandle, SonarHandle},
     link::{LinkError, Publisher, RobotBus},
@@ -31,7 +31,7 @@ pub struct Outputs {
     logs: Vec<LogLine>,
     grids: Vec<GridImage>,
     overflow: u32,
-    undeclared: Option<&'static str>,
+    undeclared: Undeclared,
     draws: bool,
     done: bool,
 }
@@ -56,7 +56,7 @@ impl Outputs {
             logs: Vec::new(),
             grids: Vec::new(),
             overflow: 0,
-            undeclared: None,
+            undeclared: Undeclared::default(),
             draws: false,
             done: false,
         }
@@ -87,7 +87,7 @@ impl Outputs {
     /// queue holds; more are dropped and counted.
     pub fn publish<P: Payload>(&mut self, sample: P) {
         let Some(slot) = self.slots.iter_mut().find(|slot| slot.payload() == TypeId::of::<P>()) else {
-            self.undeclared = Some(P::TOPIC);
+            self.undeclared.note(P::TOPIC);
             return;
         };
         if let Some(slot) = slot.as_any_mut().downcast_mut::<WriteSlot<P>>() {
@@ -130,16 +130,18 @@ impl Outputs {
         if self.draws {
             self.grids.push(grid);
         } else {
-            self.undeclared = Some(GRID);
+            self.undeclared.note(GRID);
         }
     }
 
     /// Sends what the step published and forgets it. Returns how much was dropped because the node said too much.
     pub(crate) fn flush(&mut self) -> Result<u32, LinkError> {
+        // One topic that fails takes no other along, and nothing is kept for later: it would be old by then.
+        let mut flushed = Ok(());
         for slot in &mut self.slots {
-            slot.flush()?;
+            flushed = flushed.and(slot.flush());
         }
-        Ok(std::mem::take(&mut self.overflow))
+        flushed.map(|()| std::mem::take(&mut self.overflow))
     }
 
     /// Forgets everything that the step wanted: what happens when it panicked half-way.
@@ -161,13 +163,9 @@ impl Outputs {
         self.done
     }
 
-    /// A script has asked for a topic without having declared it.
-    pub(super) fn asked_undeclared(&mut self, topic: &'static str) {
-        self.undeclared = Some(topic);
-    }
-
-    pub(crate) fn take_undeclared(&mut self) -> Option<&'static str> {
-        self.undeclared.take()
+    /// Topics that were used without having been declared; those that a script reads too.
+    pub(crate) fn undeclared(&mut self) -> &mut Undeclared {
+        &mut self.undeclared
     }
 }
 
@@ -234,13 +232,12 @@ impl<P: Payload> WritePort for WriteSlot<P> {
     }
 
     fn flush(&mut self) -> Result<(), LinkError> {
-        if let Some(publisher) = &mut self.publisher {
-            for sample in &self.pending {
-                publisher.publish(*sample)?;
-            }
-        }
+        let sent = match &mut self.publisher {
+            Some(publisher) => self.pending.iter().try_for_each(|sample| publisher.publish(*sample).map(drop)),
+            None => Ok(()),
+        };
         self.pending.clear();
-        Ok(())
+        sent
     }
 
     fn discard(&mut self) {

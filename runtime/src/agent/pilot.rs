@@ -108,8 +108,8 @@ impl Desk {
             self.base.limit(self.limits);
         }
         out.base = self.base.clone();
-        if let Some(topic) = self.inputs.borrow().take_undeclared() {
-            out.asked_undeclared(topic);
+        for topic in self.inputs.borrow().undeclared().news() {
+            out.undeclared().note(topic);
         }
         for line in self.logs.drain(..) {
             out.log(line.level, line.text);
