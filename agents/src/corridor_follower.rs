@@ -114,7 +114,10 @@ impl Default for CorridorFollowerConfig {
 #[derive(Debug)]
 pub struct CorridorFollower {
     follower: Follower,
+    /// The order that it carries out; 0 for none.
     order: u32,
+    /// The last one that it has reported. Whoever gave it repeats it until the report has arrived.
+    done: u32,
     autostart: bool,
     stretches: u32,
     /// How the stretches ended.
@@ -137,7 +140,7 @@ impl CorridorFollower {
             None if self.autostart && self.stretches == 0 && self.order == 0 => 1,
             None => return,
         };
-        if order == self.order {
+        if order == self.order || (order == self.done && order != 0) {
             return;
         }
         self.order = order;
@@ -176,6 +179,7 @@ impl Behaviour for CorridorFollower {
                 for (count, _) in self.endings.iter_mut().zip(ENDINGS).filter(|(_, (ending, _))| *ending == opening) {
                     *count += 1;
                 }
+                self.done = self.order;
                 self.order = 0;
             }
         }
@@ -203,6 +207,6 @@ impl Agent for CorridorFollower {
         let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone()).ok_or_else(|| {
             BuildError::new("a corridor follower needs transducers that look ahead, to the left and to the right")
         })?;
-        Ok(Self { follower, order: 0, autostart: config.autostart, stretches: 0, endings: Default::default() })
+        Ok(Self { follower, order: 0, done: 0, autostart: config.autostart, stretches: 0, endings: Default::default() })
     }
 }

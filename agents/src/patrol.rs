@@ -79,8 +79,13 @@ const BELIEVED: u32 = 6;
 const WIDEST: f64 = 4.0;
 /// Who has been kept from going on for this long gives the way up.
 const HINDERED: Duration = Duration::from_secs(15);
+/// How far to back off from where it does not go on, m.
+const BACK_OFF: f64 = 0.15;
 /// Distance to something ahead, from the robot's centre, at which crossing ends, m.
 const AHEAD: f64 = 0.65;
+
+/// A transducer within this angle of ahead, left or right looks that way, rad.
+const STRAIGHT: f64 = 0.2;
 
 /// The transducers that look ahead, to the left and to the right.
 #[derive(Debug, Clone)]
@@ -92,7 +97,7 @@ struct Eyes {
 
 impl Eyes {
     fn of(ring: &Arc<Ring>) -> Option<Self> {
-        let facing = |bearing| ring.nearest_to(bearing).filter(|i| ring.within(bearing, 0.2).any(|j| j == *i));
+        let facing = |bearing| ring.facing(bearing, STRAIGHT);
         let (front, left, right) = (facing(0.0)?, facing(FRAC_PI_2)?, facing(-FRAC_PI_2)?);
         Some(Self { ring: ring.clone(), front, flanks: [left, right] })
     }
@@ -114,7 +119,8 @@ async fn patrol(
 ) -> Result<(), Aborted> {
     // The first pose has to be known before anything else.
     pilot.next::<PoseEstimate>().await?;
-    let mut order = 0;
+    // A patrol that was built anew must not give an order that was carried out before.
+    let mut order = (pilot.now().as_nanos() / 1_000_000) as u32;
     let mut lost = 0;
     loop {
         order += 1;
@@ -128,21 +134,24 @@ async fn patrol(
             _ => choose(&report, &config, &mut random),
         };
         // Whoever takes the base meanwhile moves the robot; the follower makes the best of wherever it stands then.
-        if leave(&pilot, &config, &eyes, &report, way).await.is_err() {
+        if let Err(aborted) = leave(&pilot, &config, &eyes, &report, way).await {
+            if aborted == Aborted::Blocked {
+                // Back where it came from, the ground is free; who touches something can do nothing else.
+                pilot.translate(-BACK_OFF, config.speed).await.ok();
+            }
             pilot.release();
             pilot.sleep(Duration::from_millis(500)).await.ok();
         }
     }
 }
 
-/// Has the follower go to the next place.
+/// Has the follower go to the next place. The order is repeated in every step: a follower that was built anew has heard none.
 async fn follow(pilot: &Pilot, order: u32) -> Result<CorridorReport, Aborted> {
     pilot.release();
-    let stamp = pilot.now();
-    pilot.publish(CorridorOrder { stamp, order });
     loop {
-        let report = pilot.next::<CorridorReport>().await?;
-        if report.order == order {
+        pilot.publish(CorridorOrder { stamp: pilot.now(), order });
+        pilot.next_step().await?;
+        if let Some(report) = pilot.latest::<CorridorReport>().filter(|report| report.order == order) {
             return Ok(report);
         }
     }

@@ -14,7 +14,8 @@ use crate::{geometry::Pose, time::Time};
 pub struct CorridorOrder {
     /// When the order was given.
     pub stamp: Time,
-    /// Names the order; the report repeats it. A new number replaces a running order, 0 calls it off.
+    /// Names the order; the report repeats it. A new number replaces a running order, 0 calls it off. The same number again changes
+    /// nothing, so an order may be repeated until its report has come.
     pub order: u32,
 }
 
