@@ -144,7 +144,7 @@ fn run(robots: usize, links: &str, threads: usize, steps: u64, record: Recording
         ControlFlow::Continue(())
     };
     let options = RunOptions {
-        duration: Some(span(WARM_UP + steps)),
+        duration: Some(Duration::from_secs_f64(span(WARM_UP + steps))),
         threads: Some(threads),
         record,
         observer: Some(Box::new(observer)),
@@ -257,7 +257,7 @@ fn count(robots: usize, links: &str) -> (f64, f64) {
         if left > STEPS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let options = RunOptions {
-        duration: Some(3600.0),
+        duration: Some(Duration::from_secs(3600)),
         threads: Some(1),
         record: Recording::Off,
         observer: Some(Box::new(observer)),

@@ -89,8 +89,8 @@ fn load_from(mut sources: Sources, file: SourceId, registry: &Registry) -> Resul
 pub struct RunOptions {
     /// How time passes.
     pub pace: Option<Pace>,
-    /// How long, in simulated or real seconds.
-    pub duration: Option<f64>,
+    /// How long, simulated or real.
+    pub duration: Option<Duration>,
     /// The seed.
     pub seed: Option<u64>,
     /// Number of threads.
@@ -108,7 +108,7 @@ pub struct RunOptions {
 /// Where a recording goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Recording {
-    /// Where the configuration says; into the output directory unless it says anything.
+    /// As the configuration says, in the output directory; nowhere if there is none.
     #[default]
     AsConfigured,
     /// Nowhere.
@@ -178,9 +178,14 @@ pub enum RunError {
     /// The robots can't be brought to life.
     #[error(transparent)]
     Fleet(#[from] FleetError),
-    /// The recording would fall on a file that the mission was read from.
-    #[error("the recording `{}` would overwrite a file of the mission", .0.display())]
-    Overwrites(PathBuf),
+    /// The recording would fall on a file that is not for it.
+    #[error("the recording `{}` would overwrite {what}", path.display())]
+    Overwrites {
+        /// Where it was to go.
+        path: PathBuf,
+        /// What is there.
+        what: &'static str,
+    },
     /// The recording can't be begun.
     #[error("the recording can't be begun: {0}")]
     Record(#[from] RecordError),
@@ -206,7 +211,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         output::prepare(out)?;
     }
     let settings = composed.settings.clone();
-    let duration = Duration::from_secs_f64(options.duration.unwrap_or(settings.duration));
+    let duration = options.duration.unwrap_or(Duration::from_secs_f64(settings.duration));
     let recorder = start_recording(&composed, &options, seed, duration)?;
     let threads = options.threads.or(settings.threads.map(usize::from));
     let threads = threads.unwrap_or_else(|| usual_threads(composed.robots.len()));
@@ -250,7 +255,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
     }
     output::collect_failures(&mut outcome);
     if let Some(out) = &options.out {
-        output::write(out, &mut outcome, &trails.borrow());
+        output::write(out, &mut outcome, &trails.borrow(), &composed.sources);
     }
     Ok(outcome)
 }
@@ -301,10 +306,13 @@ fn start_recording(
             Sink::File(out.join(name))
         }
     };
-    if let Sink::File(path) = &sink
-        && composed.sources.holds(path)
-    {
-        return Err(RunError::Overwrites(path.clone()));
+    if let Sink::File(path) = &sink {
+        if composed.sources.holds(path) {
+            return Err(RunError::Overwrites { path: path.clone(), what: "a file of the mission" });
+        }
+        if !recording::may_be_replaced(path) {
+            return Err(RunError::Overwrites { path: path.clone(), what: "something that is no recording" });
+        }
     }
     let mission = recording::Mission {
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -165,6 +165,17 @@ fn a_recording_over_a_file_of_the_mission_is_refused() {
         assert!(errors.contains(&format!("`{file}` would overwrite")) && errors.contains("help"), "{errors}");
         assert!(fs::read(folder.path().join(file)).unwrap() == before, "{file} has changed");
     }
+    // Whatever else somebody keeps there is safe as well, under any name, and so are files that the run itself writes.
+    fs::write(folder.path().join("thesis.md"), "three years of work").unwrap();
+    fs::hard_link(folder.path().join("hallway.toml"), folder.path().join("hard.toml")).unwrap();
+    for file in ["thesis.md", "hard.toml"] {
+        let (code, _, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1", "--record", file]);
+        assert!(code == 2 && errors.contains("something that is no recording"), "{code} {errors}");
+    }
+    let (code, _, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1", "--record", "out/hallway.png"]);
+    assert!(code == 3 && errors.contains("left twice"), "{code} {errors}");
+    assert_eq!(*Reader::open(folder.path().join("out/hallway.png")).unwrap().ending(), Ending::Complete);
+
     let mission = folder.path().join("hallway.toml");
     let text = fs::read_to_string(&mission).unwrap() + "\n[record]\nfile = \"../hallway.toml\"\n";
     fs::write(&mission, &text).unwrap();

@@ -68,7 +68,7 @@ fn what_could_not_be_left_behind_is_told() {
         [
             "`leaves` on robot `huey`: the diary is lost".to_owned(),
             "`other` on robot `huey`: the diary is lost".to_owned(),
-            format!("`{}` was left by two nodes; the first is kept", note.display()),
+            format!("`{}` was left twice; the first is kept", note.display()),
         ]
     );
     assert_eq!(std::fs::read(note).unwrap(), b"was here");

@@ -77,7 +77,7 @@ mod views;
 
 pub use compare::Difference;
 pub use entries::Entries;
-pub use file::{ChunkLimits, RecordError, RecordingSummary, Sink};
+pub use file::{ChunkLimits, RecordError, RecordingSummary, Sink, may_be_replaced};
 pub use grid::GridImage;
 pub use messages::{LogLine, Messages};
 pub use mission::{LAYOUT, Mission, RobotInfo, Source};

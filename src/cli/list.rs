@@ -136,7 +136,12 @@ fn worlds() -> Vec<Item> {
 
 /// The comment with which a file begins: its first sentence.
 fn about(text: &str) -> String {
-    let lines = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).take_while(|line| !line.is_empty());
+    let lines = text
+        .lines()
+        .skip_while(|line| line.starts_with("#:"))
+        .map_while(|line| line.strip_prefix('#'))
+        .map(str::trim)
+        .take_while(|line| !line.is_empty());
     let comment = lines.collect::<Vec<_>>().join(" ");
     comment.split(". ").next().unwrap_or_default().trim_end_matches('.').to_owned()
 }

@@ -62,7 +62,7 @@ impl From<RunError> for Refusal {
     fn from(error: RunError) -> Self {
         let hint = match error {
             RunError::Config(problems) => return problems.into(),
-            RunError::Overwrites(_) => {
+            RunError::Overwrites { .. } => {
                 return Self::misused(
                     error.to_string(),
                     "name another file with `--record` or `[record] file`; recordings end in `.mcap`",

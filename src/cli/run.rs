@@ -23,7 +23,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
     let (bar, watch) = MissionWatch::new(&settings.name, Time::START + planned);
     let options = RunOptions {
         pace,
-        duration: arguments.duration,
+        duration: arguments.duration.map(Duration::from_secs_f64),
         seed: arguments.seed,
         threads: arguments.threads.map(usize::from),
         record: match &arguments.record {

@@ -3,7 +3,7 @@
 use std::{
     fs::File,
     io::{self, Read},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use orienteer::{
@@ -45,8 +45,8 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
         }
     }
     // Now it matters where they part, so the repetition is needed as a whole.
-    let draft = Draft(std::env::temp_dir().join(format!("orienteer-verify-{}.mcap", std::process::id())));
-    let outcome = again.run(Recording::File(draft.0.clone()))?;
+    let draft = tempfile::Builder::new().prefix("orienteer-verify-").suffix(".mcap").tempfile().map_err(no_draft)?;
+    let outcome = again.run(Recording::File(draft.path().to_owned()))?;
     if interrupted(&outcome, &reader) {
         return Ok(stopped());
     }
@@ -56,7 +56,7 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
             "the repetition needs as much room as the recording; set `TMPDIR` to where there is some",
         ));
     }
-    let difference = reader.first_difference(&Reader::open(&draft.0)?)?;
+    let difference = reader.first_difference(&Reader::open(draft.path())?)?;
     style::print(&different(arguments, &reader, difference.as_ref()))?;
     Ok(Outcome::FallsShort)
 }
@@ -80,7 +80,7 @@ impl Repetition<'_> {
         let (bar, watch) = MissionWatch::new("verify", end);
         let options = RunOptions {
             pace: Some(Pace::AsFastAsPossible),
-            duration: Some(recorded.duration.as_secs_f64()),
+            duration: Some(recorded.duration),
             seed: Some(recorded.seed),
             threads: self.arguments.threads.map(usize::from),
             record,
@@ -197,12 +197,6 @@ fn hash(path: &Path) -> Result<String, Refusal> {
     })
 }
 
-/// A file that is not to stay.
-struct Draft(PathBuf);
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // If it was never made there is nothing to remove.
-        let _ = std::fs::remove_file(&self.0);
-    }
+fn no_draft(error: io::Error) -> Refusal {
+    Refusal::failed(format!("there is no room for the repetition: {error}"), "set `TMPDIR` to a directory that can be written to")
 }

@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use orienteer_runtime::config::Sources;
+
 use super::{Outcome, paths::Trails};
 
 /// The output directory can't be used.
@@ -32,24 +34,25 @@ pub(super) fn collect_failures(outcome: &mut Outcome) {
 }
 
 /// Writes the files that nodes leave behind, and the picture of the whole mission.
-pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails) {
+///
+/// A file that the mission was read from stays as it is: the next run would begin with another world.
+pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails, sources: &Sources) {
+    let mut left = Vec::new();
     for robot in &mut outcome.robots {
+        // A directory for each robot, since files name each other: a map's YAML its image.
         for file in robot.nodes.iter_mut().flat_map(|node| node.finish.files.drain(..)) {
-            // A directory for each robot, since files name each other: a map's YAML its image.
-            let path = directory.join(&robot.name).join(&file.name);
-            if outcome.files.contains(&path) {
-                outcome.failures.push(format!("`{}` was left by two nodes; the first is kept", path.display()));
-                continue;
-            }
-            put(&path, &file.bytes, &mut outcome.files, &mut outcome.failures);
+            left.push((directory.join(&robot.name).join(&file.name), file));
         }
+    }
+    for (path, file) in left {
+        put(&path, &file.bytes, outcome, sources);
     }
     if let Some(canvas) = trails.picture() {
         let mut png = io::Cursor::new(Vec::new());
         match canvas.image.write_to(&mut png, image::ImageFormat::Png) {
             Ok(()) => {
                 let path = directory.join(format!("{}.png", outcome.name));
-                put(&path, &png.into_inner(), &mut outcome.files, &mut outcome.failures);
+                put(&path, &png.into_inner(), outcome, sources);
             }
             Err(error) => outcome.failures.push(format!("the picture can't be drawn: {error}")),
         }
@@ -57,16 +60,29 @@ pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails) {
 }
 
 /// Writes a file so that at any moment there is either the old one or the whole new one.
-fn put(path: &Path, bytes: &[u8], files: &mut Vec<PathBuf>, failures: &mut Vec<String>) {
+fn put(path: &Path, bytes: &[u8], outcome: &mut Outcome, sources: &Sources) {
+    if sources.holds(path) {
+        outcome.failures.push(format!("`{}` was not written: the mission was read from it", path.display()));
+        return;
+    }
+    if outcome.files.iter().any(|file| is_same(file, path)) {
+        outcome.failures.push(format!("`{}` was left twice; the first is kept", path.display()));
+        return;
+    }
     let draft = path.with_extension(format!("part-{}", std::process::id()));
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
     let written = made.and_then(|()| fs::write(&draft, bytes)).and_then(|()| fs::rename(&draft, path));
     match written {
-        Ok(()) => files.push(path.to_owned()),
+        Ok(()) => outcome.files.push(path.to_owned()),
         Err(error) => {
             // The first error is the one to tell of.
             let _ = fs::remove_file(&draft);
-            failures.push(format!("`{}` can't be written: {error}", path.display()));
+            outcome.failures.push(format!("`{}` can't be written: {error}", path.display()));
         }
     }
+}
+
+/// True if both lead to one file, whatever they are called.
+fn is_same(one: &Path, other: &Path) -> bool {
+    one == other || matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }

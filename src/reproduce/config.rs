@@ -168,7 +168,15 @@ fn subjects(registry: &Registry) -> Result<Vec<Subject>, SuiteError> {
     let mut spoilt = std::collections::BTreeSet::new();
     for (mission, loaded) in missions(registry)? {
         let composed = mission::compose(loaded, registry, 1);
-        let composed = composed.map_err(|error| SuiteError(format!("{mission} does not work out unspoilt: {error}")))?;
+        let composed = match composed {
+            Ok(composed) => composed,
+            // Somebody's own, half-done, beside those that ship; the tests look after these.
+            Err(error) if !mission.starts_with(MADE_UP) => {
+                tracing::warn!("{mission} is left out, it does not work out unspoilt: {error}");
+                continue;
+            }
+            Err(error) => return Err(SuiteError(format!("{mission} does not work out unspoilt: {error}"))),
+        };
         let files: Vec<_> = composed.recorded_sources.into_iter().map(|source| (source.name, source.bytes)).collect();
         for (name, bytes) in &files {
             let Some(text) = String::from_utf8(bytes.clone()).ok().filter(|_| name.ends_with(".toml")) else { continue };

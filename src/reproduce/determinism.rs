@@ -4,6 +4,7 @@ use std::{
     path::PathBuf,
     process,
     sync::atomic::{AtomicU64, Ordering},
+    time::Duration,
 };
 
 use orienteer_runtime::{link::Backend, recording::Reader};
@@ -114,7 +115,7 @@ impl Bench {
         // Not in the text: the recording carries it.
         loaded.mission.settings.links = links;
         let options = RunOptions {
-            duration: Some(self.duration),
+            duration: Some(Duration::from_secs_f64(self.duration)),
             seed: Some(seed),
             threads: Some(threads),
             record,
@@ -135,7 +136,7 @@ impl Bench {
         let mut loaded = mission::load_files(files, &main.name, &self.registry).map_err(SuiteError::from_display)?;
         loaded.mission.settings.links = Backend::Direct;
         let options = RunOptions {
-            duration: Some(recorded.duration.as_secs_f64()),
+            duration: Some(recorded.duration),
             seed: Some(recorded.seed),
             record: Recording::HashOnly,
             ..RunOptions::default()

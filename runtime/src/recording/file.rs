@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     fs::{File, TryLockError},
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter, Read, Write},
     path::{Path, PathBuf},
 };
 
@@ -310,4 +310,18 @@ impl Write for Tee {
             Output::Memory(_) | Output::Nowhere => Ok(()),
         }
     }
+}
+
+/// True if a recording written to this path costs nobody anything but an older recording: nothing is there, or nothing in it, or
+/// it is no ordinary file.
+#[must_use]
+pub fn may_be_replaced(path: &Path) -> bool {
+    // A pipe would keep whoever opens it waiting.
+    if !path.metadata().is_ok_and(|data| data.is_file()) {
+        return true;
+    }
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(mcap::MAGIC.len() as u64).read_to_end(&mut start));
+    // What can't be read will hardly be written either, and that is told then.
+    read.is_err() || start.is_empty() || start == mcap::MAGIC
 }

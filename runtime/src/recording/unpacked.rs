@@ -167,15 +167,10 @@ mod tests {
     fn the_bytes_are_those_of_ros_1() {
         let mut list = FixedVec::filled(1.0f32, 2);
         list[1] = -2.0;
-        let value = Everything {
-            byte: 7,
-            yes: true,
-            pair: [1.0, f64::NEG_INFINITY],
-            list,
-            small: -2,
-            nested: (1, -1),
-            text: "ä".into(),
-        };
+        let value =
+            Everything {
+                byte: 7, yes: true, pair: [1.0, f64::NEG_INFINITY], list, small: -2, nested: (1, -1), text: "ä".into()
+            };
         let expected: Vec<u8> = [
             &[7u8, 1][..],
             &[0, 0, 0, 0, 0, 0, 0xf0, 0x3f, 0, 0, 0, 0, 0, 0, 0xf0, 0xff],

@@ -1,6 +1,6 @@
 //! The office floor, with and without people.
 
-use std::{cell::RefCell, ops::ControlFlow, rc::Rc};
+use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 use nalgebra::Point2;
 use orienteer_hardware::sim::Arena;
@@ -68,7 +68,7 @@ pub(super) fn run(seed: u64, people: bool) -> Result<Floor, SuiteError> {
     let options = RunOptions {
         record: Recording::Off,
         seed: Some(seed),
-        duration: Some(DURATION),
+        duration: Some(Duration::from_secs_f64(DURATION)),
         observer: Some(Box::new(observer)),
         ..RunOptions::default()
     };
