@@ -56,7 +56,7 @@ fn a_check_finds_what_only_world_and_drivers_know() {
 /// Write them anew with `orienteer schema mission > configs/orienteer.schema.json`, and the same for `world`.
 #[test]
 fn the_schemas_are_up_to_date() {
-    for (of, file) in [("mission", "configs/orienteer.schema.json"), ("world", "configs/worlds/world.schema.json")] {
+    for (of, file) in [("mission", "configs/orienteer.schema.json"), ("world", "configs/world.schema.json")] {
         let (code, out, _) = call(repository(), &["schema", of]);
         let kept = fs::read_to_string(repository().join(file)).unwrap();
         assert_eq!(code, 0);
