@@ -77,8 +77,8 @@ const OPEN: f64 = 0.35;
 const BELIEVED: u32 = 6;
 /// No place is wider than this, m.
 const WIDEST: f64 = 4.0;
-/// Who has been kept from going on for this long gives the way up.
-const HINDERED: Duration = Duration::from_secs(15);
+/// Who has been kept from going on for this long gives the way up: before the base forgets what it met and does not see any more.
+const HINDERED: Duration = Duration::from_secs(8);
 /// How far to back off from where it does not go on, m.
 const BACK_OFF: f64 = 0.15;
 /// Distance to something ahead, from the robot's centre, at which crossing ends, m.

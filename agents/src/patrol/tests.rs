@@ -99,7 +99,7 @@ impl Walk {
 fn who_is_kept_from_crossing_a_place_for_too_long_turns_back() {
     let mut walk = Walk::new(WALL);
     let seconds = walk.crossing(0.0);
-    assert!((15.0..15.2).contains(&seconds), "gave up after {seconds} s");
+    assert!((8.0..8.2).contains(&seconds), "gave up after {seconds} s");
     let turn = Motion::rotate(0, PI, PatrolConfig::default().turn_rate).kind();
     assert!((0..2).any(|_| walk.step(0.0) == turn), "does not turn back");
 }

@@ -6,7 +6,7 @@
 //!
 //! * a beam looks there again, whether it meets the thing or looks through its place (but not if it meets something nearer);
 //! * it is farther away than a metre and a half;
-//! * ten seconds are over: people do not stay where they were.
+//! * twelve seconds are over: people do not stay where they were.
 //!
 //! An echo may come from anywhere on an arc across its beam. Most of the arc stays within the beam as it moves on; only what
 //! leaves it is remembered. A reading that the one before does not confirm may be spurious, and is not remembered unless the ring is
@@ -19,8 +19,9 @@ use super::sight::Face;
 
 /// Places farther from the centre of the base than this are not worth remembering, m: there beams leave no gaps.
 pub const NEAR: f64 = 1.5;
-/// For how long a place is remembered, s.
-const LASTING: f64 = 10.0;
+/// For how long a place is remembered, s. People do not stay where they were; but whoever is held by something that it does not
+/// see has to have given up and turned before it is forgotten.
+const LASTING: f64 = 12.0;
 /// Two distances of one thing differ by no more than this, m.
 const SAME: f64 = 0.05;
 /// Places closer together than this are one, m: half a degree at arm's length.
@@ -142,12 +143,12 @@ mod tests {
         memory.remember(place, at(1));
         assert!(!memory.look_again(&ahead, 2.0) && count(&memory) == 0);
         memory.remember(place, at(1));
-        memory.forget(at(11), Point2::origin());
+        memory.forget(at(13), Point2::origin());
         assert_eq!(count(&memory), 1);
-        memory.forget(at(12), Point2::origin());
+        memory.forget(at(14), Point2::origin());
         assert_eq!(count(&memory), 0);
-        memory.remember(place, at(12));
-        memory.forget(at(12), Point2::new(-1.1, 0.0));
+        memory.remember(place, at(14));
+        memory.forget(at(14), Point2::new(-1.1, 0.0));
         assert_eq!(count(&memory), 0);
     }
 
