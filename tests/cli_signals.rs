@@ -46,10 +46,10 @@ fn listens(process: u32) -> bool {
     mask.unwrap() & (interrupt | terminate) == interrupt | terminate
 }
 
-/// The program itself, as `nohup` and signals need it.
+/// The program, heeding all signals even if whoever runs the tests was told to ignore some.
 fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(orienteer(folder).get_program());
-    command.args(arguments).current_dir(folder);
+    let mut command = Command::new("env");
+    command.arg("--default-signal=INT,TERM,HUP").arg(orienteer(folder).get_program()).args(arguments).current_dir(folder);
     command
 }
 
