@@ -56,6 +56,8 @@ struct Walk {
     travelled: f64,
     /// What is heard to the left.
     left: Echo,
+    /// Whether there is a follower that hears orders.
+    followed: bool,
 }
 
 impl Walk {
@@ -63,7 +65,8 @@ impl Walk {
         let mut wiring = Wiring::default();
         Patrol::topics(&mut wiring);
         let patrol = Patrol::build(PatrolConfig::default(), &robot()).unwrap();
-        Self { patrol, inputs: Inputs::offline(&wiring), out: Outputs::offline(&wiring), now: Time::START, travelled: 0.0, left }
+        let (inputs, out) = (Inputs::offline(&wiring), Outputs::offline(&wiring));
+        Self { patrol, inputs, out, now: Time::START, travelled: 0.0, left, followed: true }
     }
 
     /// A control period in which the base moves at this speed, m/s, whatever it is told. Returns what it is told.
@@ -74,7 +77,7 @@ impl Walk {
         self.inputs.put(PoseEstimate { stamp: self.now, travelled: self.travelled, ..PoseEstimate::default() });
         self.inputs.put(SonarScan::from_echoes(self.now, 1, &[Echo::Nothing, self.left, WALL]));
         // The follower is at the place at once.
-        for order in self.out.published::<CorridorOrder>() {
+        for order in self.out.published::<CorridorOrder>().iter().filter(|_| self.followed) {
             let mut report = CorridorReport::new(self.now, order.order, Opening::Left);
             report.width = 1.5;
             self.inputs.put(report);
@@ -102,6 +105,31 @@ fn who_is_kept_from_crossing_a_place_for_too_long_turns_back() {
     assert!((8.0..8.2).contains(&seconds), "gave up after {seconds} s");
     let turn = Motion::rotate(0, PI, PatrolConfig::default().turn_rate).kind();
     assert!((0..2).any(|_| walk.step(0.0) == turn), "does not turn back");
+}
+
+/// With nothing ahead and a side open, the way ahead was taken for the far side of the opening and driven into.
+#[test]
+fn who_is_kept_from_crossing_where_a_side_is_open_turns_back_too() {
+    let mut walk = Walk::new(Echo::Nothing);
+    walk.crossing(0.0);
+    let turn = Motion::rotate(0, PI, PatrolConfig::default().turn_rate).kind();
+    assert!((0..2).any(|_| walk.step(0.0) == turn), "does not turn back");
+}
+
+/// A follower that is built anew after a panic has heard no order.
+#[test]
+fn an_order_is_repeated_until_it_is_reported() {
+    let mut walk = Walk::new(WALL);
+    walk.followed = false;
+    walk.step(0.0);
+    let mut orders = Vec::new();
+    for _ in 0..20 {
+        walk.step(0.0);
+        orders.extend(walk.out.published::<CorridorOrder>().iter().map(|order| order.order));
+    }
+    assert!(orders.len() == 20 && orders.iter().all(|order| *order == orders[0] && *order != 0), "{orders:?}");
+    walk.followed = true;
+    assert!(walk.crossing(0.0) > 0.0, "the report came, and it goes on");
 }
 
 /// Protection lets a robot only creep past what is near; that is no reason to give up.
