@@ -184,6 +184,20 @@ fn a_recording_over_a_file_of_the_mission_is_refused() {
     assert!(fs::read_to_string(&mission).unwrap() == text, "the mission has changed");
 }
 
+/// The next run of such a mission would begin with another world.
+#[test]
+fn a_map_that_the_mission_began_with_stays_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(call(folder.path(), &["run", "--for", "20", "--no-record"]).0, 0);
+    let map = folder.path().join("out/ann/map.yaml");
+    let before = fs::read(&map).unwrap();
+    let mission = "[world]\nmap = \"out/ann/map.yaml\"\n\n[[robot]]\nname = \"ann\"\nstart = { x = 5.2, y = 4.6 }\nbase = { driver = \"sim\" }\nsonar = { driver = \"sim\" }\nagent.where-am-i = {}\nagent.mapper = {}\n";
+    fs::write(folder.path().join("again.toml"), mission).unwrap();
+    let (code, _, errors) = call(folder.path(), &["run", "again.toml", "--for", "2", "--no-record"]);
+    assert!(code == 3 && errors.contains("map.yaml` was not written: the mission was read from it"), "{code} {errors}");
+    assert!(fs::read(&map).unwrap() == before);
+}
+
 #[test]
 fn log_lines_are_shown_on_demand() {
     let folder = tempfile::tempdir().unwrap();

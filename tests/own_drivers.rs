@@ -137,9 +137,13 @@ impl BaseDriver for Wheels {
 static STOPPED: AtomicU32 = AtomicU32::new(0);
 
 fn wheels(fails_at: Option<Time>) -> OpenBase {
+    wheels_of(0.1, fails_at)
+}
+
+fn wheels_of(radius: f64, fails_at: Option<Time>) -> OpenBase {
     let platform = Platform {
         name: "wheels".to_owned(),
-        radius: 0.1,
+        radius,
         limits: Limits { linear: 0.5, angular: 1.0 },
         acceleration: 1.0,
         angular_acceleration: 1.0,
@@ -195,7 +199,7 @@ impl Agent for Asks {
 
 #[allow(clippy::result_large_err)]
 fn drive(mission: &str, pace: Option<Pace>) -> Result<Outcome, RunError> {
-    let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_agent::<Asks>();
+    let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_base::<Absurd>().with_agent::<Asks>();
     mission::run(loaded(mission, &registry), &registry, RunOptions { pace, ..RunOptions::default() })
 }
 
@@ -257,4 +261,25 @@ fn a_driver_that_panics_costs_its_own_base_only() {
         let told = |robot: &str| outcome.failures.iter().any(|failure| failure.contains(robot) && failure.contains("base"));
         assert!(told("huey") && told("luey"), "{:?}", outcome.failures);
     }
+}
+
+/// A base whose driver does not know how large it is.
+struct Absurd;
+
+impl BaseKind for Absurd {
+    const NAME: &'static str = "absurd";
+    const HELP: &'static str = "is not a number wide";
+    type Config = NoConfig;
+
+    fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        Ok(wheels_of(f64::NAN, None))
+    }
+}
+
+/// Protection would find everything free for a body without a size.
+#[test]
+fn a_base_that_can_not_be_is_refused() {
+    let Err(RunError::Config(problems)) = drive(&mission_with("absurd", "lockstep"), None) else { panic!("it was run") };
+    let (line, text) = told(&problems.list()[0]);
+    assert!(line == 7 && text.contains("the radius of `wheels` is NaN"), "{line}: {text}");
 }

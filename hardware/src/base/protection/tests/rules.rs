@@ -92,6 +92,20 @@ fn where_no_transducer_looks_it_creeps() {
     assert_eq!(permitted, Permitted { twist: Twist::new(-0.1, 0.0), reason: Some(Reason::Blind) });
 }
 
+/// To creep is for who sees something elsewhere. Who has no sonar at all knows nothing of any way.
+#[test]
+fn without_any_transducer_it_stands() {
+    let (config, mut ring) = huey();
+    ring.transducers.clear();
+    let mut protection = Protection::new(config.platform(), &ring, ProtectionConfig::default());
+    let (_, odometry, _, mut demand) = setup();
+    for speed in [0.3, -0.3] {
+        demand.twist = Twist::new(speed, 0.0);
+        let permitted = protection.filter(Time::START, &demand, &odometry, None, LinkState::Up);
+        assert_eq!(permitted, Permitted { twist: Twist::STOP, reason: Some(Reason::Blind) });
+    }
+}
+
 #[test]
 fn after_a_contact_it_may_only_back_off() {
     let (mut protection, mut odometry, scan, mut demand) = setup();
