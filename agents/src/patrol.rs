@@ -84,9 +84,6 @@ const BACK_OFF: f64 = 0.15;
 /// Distance to something ahead, from the robot's centre, at which crossing ends, m.
 const AHEAD: f64 = 0.65;
 
-/// A transducer within this angle of ahead, left or right looks that way, rad.
-const STRAIGHT: f64 = 0.2;
-
 /// The transducers that look ahead, to the left and to the right.
 #[derive(Debug, Clone)]
 struct Eyes {
@@ -97,8 +94,7 @@ struct Eyes {
 
 impl Eyes {
     fn of(ring: &Arc<Ring>) -> Option<Self> {
-        let facing = |bearing| ring.facing(bearing, STRAIGHT);
-        let (front, left, right) = (facing(0.0)?, facing(FRAC_PI_2)?, facing(-FRAC_PI_2)?);
+        let (front, left, right) = (ring.facing(0.0)?, ring.facing(FRAC_PI_2)?, ring.facing(-FRAC_PI_2)?);
         Some(Self { ring: ring.clone(), front, flanks: [left, right] })
     }
 

@@ -7,6 +7,9 @@ use crate::{
     topics::FiringProgram,
 };
 
+/// A transducer within this angle of a direction looks that way, rad.
+const STRAIGHT: f64 = 0.2;
+
 /// A mobile base as its maker describes it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Platform {
@@ -91,10 +94,16 @@ impl Ring {
         Some(format!("transducer {wrong} of `{name}` has a place or a beam that can't be: {:?}", self.transducers[wrong]))
     }
 
-    /// The transducer that looks along `bearing` (rad, robot frame), if one points within `tolerance` rad of it.
+    /// Least time from the start of a pass of the ring's own program to the start of the next, s.
     #[must_use]
-    pub fn facing(&self, bearing: f64, tolerance: f64) -> Option<usize> {
-        self.nearest_to(bearing).filter(|nearest| self.within(bearing, tolerance).any(|within| within == *nearest))
+    pub fn pass_time(&self) -> f64 {
+        f64::from(self.program.period).max(self.program.slots.len() as f64 * self.slot_time)
+    }
+
+    /// The transducer that looks along `bearing` (rad, robot frame), if one points near enough there to tell what lies ahead.
+    #[must_use]
+    pub fn facing(&self, bearing: f64) -> Option<usize> {
+        self.nearest_to(bearing).filter(|nearest| self.within(bearing, STRAIGHT).any(|within| within == *nearest))
     }
 
     /// The transducer whose beam points nearest to `bearing` (rad, robot frame); `None` if the ring is empty.

@@ -79,8 +79,7 @@ impl Surroundings {
         let tracks = vec![Track::default(); ring.transducers.len()];
         let face = |mount: &Pose| (mount.x * mount.heading.cos() + mount.y * mount.heading.sin(), mount.heading.cos());
         let faces = ring.transducers.iter().map(|transducer| face(&transducer.mount)).collect();
-        let pass = f64::from(ring.program.period).max(ring.program.slots.len() as f64 * ring.slot_time);
-        let patience = SILENT + 2.0 * pass;
+        let patience = SILENT + 2.0 * ring.pass_time();
         Self { ring, radius, tracks, faces, last: None, now: None, speed: 0.0, patience }
     }
 

@@ -101,8 +101,6 @@ const FARTHEST_PROBE: f64 = 0.6;
 /// Who is kept from going on though the way ahead looks free waits so many times as long: the base remembers for a while what
 /// has gone.
 const HINDERED: f64 = 3.0;
-/// A transducer within this angle of ahead, left or right looks that way, rad.
-const STRAIGHT: f64 = 0.2;
 /// Facing along the corridor within this angle, rad.
 const ALIGNED: f64 = 0.03;
 
@@ -110,8 +108,7 @@ impl Follower {
     /// A follower for a robot with this ring and body; `None` if no transducer looks ahead, to the left or to the right.
     #[must_use]
     pub fn new(config: CorridorFollowerConfig, ring: Arc<Ring>, platform: Arc<Platform>) -> Option<Self> {
-        let facing = |bearing| ring.facing(bearing, STRAIGHT);
-        let (front, left, right) = (facing(0.0)?, facing(FRAC_PI_2)?, facing(-FRAC_PI_2)?);
+        let (front, left, right) = (ring.facing(0.0)?, ring.facing(FRAC_PI_2)?, ring.facing(-FRAC_PI_2)?);
         Some(Self {
             front,
             flanks: [left, right],

@@ -174,8 +174,7 @@ impl Protection {
     /// Protects a base that can do what `platform` says and carries `ring`.
     #[must_use]
     pub fn new(platform: Platform, ring: &Ring, config: ProtectionConfig) -> Self {
-        let pass = f64::from(ring.program.period).max(ring.program.slots.len() as f64 * ring.slot_time);
-        let max_age = config.max_sonar_age + 2.0 * pass;
+        let max_age = config.max_sonar_age + 2.0 * ring.pass_time();
         Self {
             sight: Sight::new(ring, max_age, config.period),
             obstacles: Vec::with_capacity(64),
