@@ -154,7 +154,7 @@ pub struct Outcome {
     pub recording: Option<RecordingSummary>,
     /// Files written, the recording included.
     pub files: Vec<PathBuf>,
-    /// What could not be drawn or written; the mission itself went well.
+    /// What could not be drawn or written, and what was down when the mission ended.
     pub failures: Vec<String>,
 }
 
@@ -320,7 +320,7 @@ fn start_recording(
         duration,
         control_period: composed.period,
         robots: composed.robot_infos(),
-        sources: composed.recorded_sources.clone(),
+        sources: composed.recorded_sources(),
     };
     Ok(Some(Recorder::start(sink, &mission, ChunkLimits::default())?))
 }

@@ -18,7 +18,7 @@ use orienteer_runtime::{
         sonar::{SafetyFloor, SonarArbiter},
     },
     config::{
-        Problem, Problems, Sources,
+        Problem, Problems, SourceId, Sources,
         mission::{ClockKind, MissionKeys, RecordKeys, RobotConfig, StartAt},
     },
     fleet::{Environment, Still},
@@ -53,8 +53,8 @@ pub struct Composed {
     pub period: Duration,
     /// All files that it was read from.
     pub sources: Sources,
-    /// The same as a recording keeps them, the mission's own first.
-    pub recorded_sources: Vec<Source>,
+    /// The mission's own among them.
+    file: SourceId,
     /// What a person should know before anything moves.
     pub remarks: Vec<Remark>,
 }
@@ -67,6 +67,15 @@ impl Composed {
             Some(arena) => Box::new(ArenaClock::new(arena.clone())),
             None => Box::new(Still),
         }
+    }
+
+    /// All files that it was read from, as the recording keeps them: the mission's own first.
+    #[must_use]
+    pub fn recorded_sources(&self) -> Vec<Source> {
+        let main = self.sources.name(self.file);
+        let mut files = self.sources.files();
+        files.sort_by_key(|(name, _)| *name != main);
+        files.into_iter().map(|(name, bytes)| Source { name: name.to_owned(), bytes: bytes.to_vec() }).collect()
     }
 
     /// Names of robots and their nodes, as the recording keeps them.
@@ -96,20 +105,7 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         let builder = RobotBuilder { registry, config, number, arena: arena.as_ref(), streams, period, wall, bus: &bus };
         robots.push(builder.build(&mut sources, &mut remarks)?);
     }
-    let main = sources.name(file).to_owned();
-    let mut files: Vec<Source> =
-        sources.files().into_iter().map(|(name, bytes)| Source { name: name.to_owned(), bytes: bytes.to_vec() }).collect();
-    files.sort_by_key(|source| source.name != main);
-    Ok(Composed {
-        settings: mission.settings,
-        record: mission.record,
-        robots,
-        arena,
-        period,
-        recorded_sources: files,
-        sources,
-        remarks,
-    })
+    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, sources, file, remarks })
 }
 
 struct RobotBuilder<'a> {
@@ -140,7 +136,7 @@ impl RobotBuilder<'_> {
             let hint = "the driver says so; correct it, or the values that it takes from here";
             return Err(Problems::from(Problem::new(sources, &self.config.span, flaw, hint)).into());
         }
-        if let Some(text) = remarks::of_sight(&base, &ring) {
+        if let Some(text) = remarks::of_sight(&base, &ring, self.period) {
             Remark::note(noted, &self.config.name, text);
         }
         let context = self.context(&base, &ring);

@@ -1,8 +1,8 @@
 //! What is allowed, but better known before anything moves.
 
-use std::fmt;
+use std::{fmt, time::Duration};
 
-use orienteer_hardware::{drivers::OpenBase, rings::widest_gap};
+use orienteer_hardware::{base::protection::ProtectionConfig, drivers::OpenBase, rings::widest_gap};
 use orienteer_runtime::robot_model::Ring;
 use serde::Serialize;
 
@@ -44,8 +44,9 @@ pub fn several<S: AsRef<str>>(names: &[S]) -> String {
 const LEG: f64 = 0.05;
 
 /// What a person should know of how a robot sees where it goes.
-pub(super) fn of_sight(base: &OpenBase, ring: &Ring) -> Option<String> {
-    let (platform, protection) = (base.driver.platform(), &base.protection);
+pub(super) fn of_sight(base: &OpenBase, ring: &Ring, period: Duration) -> Option<String> {
+    let platform = base.driver.platform();
+    let protection = ProtectionConfig { period: period.as_secs_f64(), ..base.protection.clone() };
     if !protection.sonar_required {
         return None;
     }

@@ -177,7 +177,7 @@ fn subjects(registry: &Registry) -> Result<Vec<Subject>, SuiteError> {
             }
             Err(error) => return Err(SuiteError(format!("{mission} does not work out unspoilt: {error}"))),
         };
-        let files: Vec<_> = composed.recorded_sources.into_iter().map(|source| (source.name, source.bytes)).collect();
+        let files: Vec<_> = composed.recorded_sources().into_iter().map(|source| (source.name, source.bytes)).collect();
         for (name, bytes) in &files {
             let Some(text) = String::from_utf8(bytes.clone()).ok().filter(|_| name.ends_with(".toml")) else { continue };
             // A world that several missions share is spoilt once, and what was made up here is not shipped.

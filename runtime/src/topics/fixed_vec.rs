@@ -82,7 +82,7 @@ impl<'de, T: ZeroCopySend + Copy + Default + Deserialize<'de>> Deserialize<'de> 
 
 impl<T: ZeroCopySend + JsonSchema> JsonSchema for FixedVec<T> {
     fn schema_name() -> Cow<'static, str> {
-        format!("LanesOf{}", T::schema_name()).into()
+        format!("FixedVecOf{}", T::schema_name()).into()
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
