@@ -16,7 +16,7 @@ use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
 pub(crate) use pulse::{Died, Pulse};
-pub use signals::asked_to_end;
+pub use signals::Signals;
 
 use crate::{
     clock::Pace,
@@ -122,6 +122,9 @@ pub enum FleetError {
 }
 
 /// Runs a fleet to the end of its mission, on the calling thread and `plan.threads - 1` others.
+///
+/// Ctrl-C, SIGTERM and SIGHUP end the mission in good order. A second one, a second later or more, ends the program at once with
+/// exit code 130: a behaviour may never return.
 ///
 /// # Errors
 /// If a robot can't be brought to life; then none moves. If a part of the fleet dies that can't do without; then the bases of

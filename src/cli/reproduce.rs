@@ -1,6 +1,7 @@
 //! `orienteer reproduce`: every figure that is claimed, measured again.
 
 use std::{
+    io,
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -11,7 +12,7 @@ use std::{
 
 use orienteer::{
     reproduce::{Effort, Row, SUITES, Suite},
-    runtime::fleet::asked_to_end,
+    runtime::fleet::Signals,
 };
 use serde::Serialize;
 
@@ -153,7 +154,8 @@ impl Interruption {
     fn watch(&self) {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
         // Missions leave handlers of these signals behind, so nobody else would end the program.
-        let Ok(signal) = runtime.block_on(asked_to_end()) else { return };
+        let heard = runtime.block_on(async { io::Result::Ok(Signals::listen()?.asked_to_end().await) });
+        let Ok(signal) = heard else { return };
         self.happened.store(true, Ordering::Relaxed);
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let since = Instant::now();

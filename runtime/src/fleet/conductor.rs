@@ -8,7 +8,7 @@ use tokio::sync::oneshot;
 use super::{
     Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse,
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
-    signals,
+    signals::Ear,
 };
 use crate::{
     clock::{Clock, Stopwatch},
@@ -57,11 +57,9 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
     let mustered = muster(shares, stopwatch, &conductor, &mut arbiters, &mut crews).await;
     let report = match mustered {
         Ok(()) => {
-            let signals = actix::spawn(stop_on_signal(plan.control));
+            let _ear = Ear::open(plan.control);
             conductor.do_send(Begin { crews: crews.clone() });
-            let end = end.await;
-            signals.abort();
-            match end {
+            match end.await {
                 Ok(end) => finish(end, &crews).await,
                 Err(_) => Err(FleetError::System("the conductor died".to_string())),
             }
@@ -114,16 +112,6 @@ fn share_out(robots: Vec<RobotPlan>, threads: usize) -> Vec<Vec<(usize, RobotPla
         shares[index * threads / count.max(1)].push((index, robot));
     }
     shares
-}
-
-async fn stop_on_signal(control: FleetControl) {
-    match signals::asked_to_end().await {
-        Ok(signal) => {
-            tracing::info!("{signal}: the mission ends");
-            control.stop();
-        }
-        Err(error) => tracing::warn!("can't listen for signals, Ctrl-C will kill the mission instead of ending it: {error}"),
-    }
 }
 
 /// Collects the last words, with which the bases stop; only then the recording may keep anybody waiting.
