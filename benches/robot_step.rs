@@ -8,7 +8,8 @@
 //! What is measured begins when the mission is warm: buffers have grown, every topic has been seen. On one thread it is the
 //! processor's time, so that whatever else the machine does counts little; on two it is the wall's.
 //!
-//! * `robot step`: one robot, by link and with or without a recording (the thread that writes is not counted);
+//! * `robot step`: one robot, by link and with or without a recording (the thread that writes is not counted), with two passes of
+//!   its ring in a step, as usual, and with one;
 //! * `fleet`: the same divided by robots, for 1 to 1000 robots on 1 and 2 threads;
 //! * before these, a table of allocations in a warm step: all of them, those of the agents, and what actix takes for its
 //!   messages.
@@ -72,8 +73,13 @@ fn allocations() -> u64 {
     ALLOCATIONS.load(Ordering::Relaxed)
 }
 
+/// Control periods per second. The ring takes 25 ms for a pass, so that a step has two passes of 16 sonars.
+const USUAL_RATE: f64 = 20.0;
+/// The same with one pass in a step.
+const RATE_OF_RING: f64 = 40.0;
+
 /// Robots that each have a corridor of their own, 60 m long and 2.46 m wide.
-fn mission(robots: usize, links: &str, registry: &Registry) -> Loaded {
+fn mission(robots: usize, links: &str, rate: f64, registry: &Registry) -> Loaded {
     // A world may reach from -500 to 500 m.
     const ROWS: usize = 63;
     /// Four walls each.
@@ -94,6 +100,7 @@ fn mission(robots: usize, links: &str, registry: &Registry) -> Loaded {
         r#"
         [mission]
         links = "{links}"
+        control_rate_hz = {rate:.1}
         [world]
         file = "corridors.toml"
         [template.huey]
@@ -115,11 +122,6 @@ fn mission(robots: usize, links: &str, registry: &Registry) -> Loaded {
 /// Steps before the first that is measured: the longest firing programs have come round, all buffers have grown.
 const WARM_UP: u64 = 100;
 
-/// Seconds for this many steps at 20 Hz, the first of which is at 0.
-fn span(steps: u64) -> f64 {
-    (steps - 1) as f64 / 20.0
-}
-
 /// Time spent so far: of the calling thread's processor, or of the wall.
 fn spent(threads: usize) -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
@@ -130,50 +132,77 @@ fn spent(threads: usize) -> Duration {
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// Time that a warm mission takes for one step of one robot, mean over this many steps.
-fn run(robots: usize, links: &str, threads: usize, steps: u64, record: Recording) -> Duration {
-    let registry = Registry::standard();
-    let loaded = mission(robots, links, &registry);
-    let marks: Rc<RefCell<Vec<Duration>>> = Rc::default();
-    let (kept, mut step) = (marks.clone(), 0);
-    let observer = move |_: Time, _: Option<&Arena>| {
-        step += 1;
-        if step == WARM_UP || step == WARM_UP + steps {
-            kept.borrow_mut().push(spent(threads));
-        }
-        ControlFlow::Continue(())
-    };
-    let options = RunOptions {
-        duration: Some(Duration::from_secs_f64(span(WARM_UP + steps))),
-        threads: Some(threads),
-        record,
-        observer: Some(Box::new(observer)),
-        ..RunOptions::default()
-    };
-    mission::run(loaded, &registry, options).unwrap_or_else(|error| panic!("{error}"));
-    let marks = marks.borrow();
-    (marks[1] - marks[0]).div_f64(steps as f64 * robots as f64)
-}
-
-fn measure(robots: usize, links: &str, threads: usize, steps: u64, record: &Recording, iterations: u64) -> Duration {
-    // Criterion asks for more iterations than there is time for missions: a mission of thousands of robot steps stands for many.
-    let missions = iterations.div_ceil(steps * robots as u64).max(1);
-    let sum: Duration = (0..missions).map(|_| run(robots, links, threads, steps, record.clone())).sum();
-    sum.div_f64(missions as f64).mul_f64(iterations as f64)
+/// A mission that is measured.
+#[derive(Clone)]
+struct Case {
+    robots: usize,
+    links: &'static str,
+    threads: usize,
+    /// Control periods per second.
+    rate: f64,
+    record: Recording,
+    /// Steps that are measured.
+    steps: u64,
 }
 
 /// So few that nobody comes within earshot of a corridor's end.
 const MOST_STEPS: u64 = 1000;
+
+impl Case {
+    /// One robot on one thread.
+    fn alone(links: &'static str, rate: f64, record: Recording) -> Self {
+        Self { robots: 1, links, threads: 1, rate, record, steps: MOST_STEPS }
+    }
+
+    fn fleet(robots: usize, links: &'static str, threads: usize) -> Self {
+        let steps = (20_000 / robots as u64).clamp(100, MOST_STEPS);
+        Self { robots, links, threads, rate: USUAL_RATE, record: Recording::Off, steps }
+    }
+
+    /// Time that the warm mission takes for one step of one robot, mean over its steps.
+    fn run(&self) -> Duration {
+        let registry = Registry::standard();
+        let loaded = mission(self.robots, self.links, self.rate, &registry);
+        let marks: Rc<RefCell<Vec<Duration>>> = Rc::default();
+        let (kept, mut step, steps, threads) = (marks.clone(), 0, self.steps, self.threads);
+        let observer = move |_: Time, _: Option<&Arena>| {
+            step += 1;
+            if step == WARM_UP || step == WARM_UP + steps {
+                kept.borrow_mut().push(spent(threads));
+            }
+            ControlFlow::Continue(())
+        };
+        let options = RunOptions {
+            // The first step is at 0.
+            duration: Some(Duration::from_secs_f64((WARM_UP + steps - 1) as f64 / self.rate)),
+            threads: Some(threads),
+            record: self.record.clone(),
+            observer: Some(Box::new(observer)),
+            ..RunOptions::default()
+        };
+        mission::run(loaded, &registry, options).unwrap_or_else(|error| panic!("{error}"));
+        let marks = marks.borrow();
+        (marks[1] - marks[0]).div_f64(steps as f64 * self.robots as f64)
+    }
+
+    /// Criterion asks for more iterations than there is time for missions: a mission of thousands of robot steps stands for many.
+    fn measure(&self, iterations: u64) -> Duration {
+        let missions = iterations.div_ceil(self.steps * self.robots as u64).max(1);
+        let sum: Duration = (0..missions).map(|_| self.run()).sum();
+        sum.div_f64(missions as f64).mul_f64(iterations as f64)
+    }
+}
 
 fn robot_step(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("robot step");
     group.sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(2));
     let directory = tempfile::tempdir().unwrap_or_else(|error| panic!("{error}"));
     let file = Recording::File(directory.path().join("bench.mcap"));
-    for links in ["direct", "local", "shared"] {
+    for (links, rate) in [("direct", USUAL_RATE), ("direct", RATE_OF_RING), ("local", USUAL_RATE), ("shared", USUAL_RATE)] {
         for (name, record) in [("plain", Recording::Off), ("recorded", file.clone())] {
-            group.bench_function(BenchmarkId::new(links, name), |bencher| {
-                bencher.iter_custom(|iterations| measure(1, links, 1, MOST_STEPS, &record, iterations));
+            let case = Case::alone(links, rate, record);
+            group.bench_function(BenchmarkId::new(format!("{links}, {rate} Hz"), name), |bencher| {
+                bencher.iter_custom(|iterations| case.measure(iterations));
             });
         }
     }
@@ -187,10 +216,9 @@ fn fleet(criterion: &mut Criterion) {
     for (links, most) in [("direct", 1000), ("shared", 10)] {
         for threads in [1, 2] {
             for robots in [1, 10, 100, 1000].into_iter().filter(|robots| *robots <= most && *robots >= threads) {
-                let steps = (20_000 / robots as u64).clamp(100, MOST_STEPS);
-                let name = format!("{links}, {threads} threads");
-                group.bench_function(BenchmarkId::new(name, robots), |bencher| {
-                    bencher.iter_custom(|iterations| measure(robots, links, threads, steps, &Recording::Off, iterations));
+                let case = Case::fleet(robots, links, threads);
+                group.bench_function(BenchmarkId::new(format!("{links}, {threads} threads"), robots), |bencher| {
+                    bencher.iter_custom(|iterations| case.measure(iterations));
                 });
             }
         }
@@ -243,7 +271,7 @@ fn count(robots: usize, links: &str) -> (f64, f64) {
         .with_agent::<Counted<WhereAmI>>()
         .with_agent::<Counted<Avoidance>>()
         .with_agent::<Counted<CorridorFollower>>();
-    let loaded = mission(robots, links, &registry);
+    let loaded = mission(robots, links, USUAL_RATE, &registry);
     let marks: Rc<RefCell<Vec<(u64, u64)>>> = Rc::new(RefCell::new(Vec::with_capacity(4)));
     let kept = marks.clone();
     let mut left = 0;
