@@ -4,6 +4,7 @@
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
+//! | wires | [`wire`]: the languages of real devices, as bytes and packets |
 //! | bases | [`base`]: kinematics, odometry, motions, protection |
 //! | sonars | [`rings`]: where transducers sit; [`echo`]: what they hear |
 //! | surroundings | [`world`]: walls, doors, people |
@@ -18,4 +19,5 @@ pub mod log;
 pub mod nodes;
 pub mod rings;
 pub mod sim;
+pub mod wire;
 pub mod world;
