@@ -4,6 +4,7 @@
 use std::{
     sync::atomic::{AtomicU32, Ordering},
     thread,
+    time::Duration,
 };
 
 use orienteer::{
@@ -199,7 +200,8 @@ impl Agent for Asks {
 
 #[allow(clippy::result_large_err)]
 fn drive(mission: &str, pace: Option<Pace>) -> Result<Outcome, RunError> {
-    let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_base::<Absurd>().with_agent::<Asks>();
+    let registry = Registry::standard().with_base::<Real>().with_base::<Frail>().with_base::<Stillborn>();
+    let registry = registry.with_base::<Absurd>().with_agent::<Asks>();
     mission::run(loaded(mission, &registry), &registry, RunOptions { pace, ..RunOptions::default() })
 }
 
@@ -235,6 +237,53 @@ fn a_base_is_guarded_whenever_time_is_real() {
     }
 }
 
+/// A device that counts how often anybody has come to it.
+struct Shy;
+
+static DISTURBED: AtomicU32 = AtomicU32::new(0);
+
+impl BaseDriver for Shy {
+    fn platform(&self) -> &Platform {
+        static PLATFORM: std::sync::LazyLock<Platform> = std::sync::LazyLock::new(|| wheels(None).driver.platform().clone());
+        &PLATFORM
+    }
+
+    fn command(&mut self, _now: Time, _twist: Twist) -> Result<(), DriverError> {
+        DISTURBED.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        DISTURBED.fetch_add(1, Ordering::Relaxed);
+        Ok(Odometry { stamp: now, ..Odometry::default() })
+    }
+
+    fn stop(&mut self) {
+        DISTURBED.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+impl BaseKind for Shy {
+    const NAME: &'static str = "shy";
+    const HELP: &'static str = "counts its visitors";
+    const REAL_TIME: bool = true;
+    type Config = NoConfig;
+
+    fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        Ok(OpenBase { driver: Box::new(Shy), ..wheels(None) })
+    }
+}
+
+/// `check` composes a mission, too, and the robot may be driving for somebody else at that moment.
+#[test]
+fn a_mission_that_is_only_composed_leaves_devices_alone() {
+    let registry = Registry::standard().with_base::<Shy>().with_agent::<Asks>();
+    let composed = mission::compose(loaded(&mission_with("shy", "wall"), &registry), &registry, 1).unwrap();
+    thread::sleep(Duration::from_millis(50));
+    drop(composed);
+    assert_eq!(DISTURBED.load(Ordering::Relaxed), 0);
+}
+
 /// A base whose driver panics after a second.
 struct Frail;
 
@@ -248,13 +297,26 @@ impl BaseKind for Frail {
     }
 }
 
+/// A base whose driver panics at once.
+struct Stillborn;
+
+impl BaseKind for Stillborn {
+    const NAME: &'static str = "stillborn";
+    const HELP: &'static str = "panics at once";
+    type Config = NoConfig;
+
+    fn open(_config: NoConfig, _site: &mut Site<'_>) -> Result<OpenBase, Problems> {
+        Ok(wheels(Some(Time::START)))
+    }
+}
+
 /// The base is stopped, it is said, and nobody else is hurt: the other robot and the agents go on.
 #[test]
 fn a_driver_that_panics_costs_its_own_base_only() {
-    for clock in ["lockstep", "wall"] {
+    for (clock, driver) in [("lockstep", "frail"), ("wall", "frail"), ("lockstep", "stillborn"), ("wall", "stillborn")] {
         let before = STOPPED.load(Ordering::Relaxed);
-        let mission = mission_with("frail", clock).replace("duration = 0.4", "duration = 1.5")
-            + "\n[[robot]]\nname = \"luey\"\nbase = { driver = \"frail\" }\n\n[robot.agent.asks]\n";
+        let mission = mission_with(driver, clock).replace("duration = 0.4", "duration = 1.5")
+            + &format!("\n[[robot]]\nname = \"luey\"\nbase = {{ driver = \"{driver}\" }}\n\n[robot.agent.asks]\n");
         let outcome = drive(&mission, None).unwrap();
         assert!(STOPPED.load(Ordering::Relaxed) >= before + 2);
         assert_eq!(outcome.ended, Ended::Complete, "{clock}");

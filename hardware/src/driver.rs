@@ -3,6 +3,9 @@
 //! A driver is **polled**, never blocks and has no clock of its own: it is told the time. Simulated, recorded and real devices
 //! look alike, and wrappers such as [`FaultInjector`](crate::fault::FaultInjector) go around any of them.
 //!
+//! A device that can only be waited for needs a thread of its driver's own to wait. While a call to a driver blocks, nobody can tell
+//! the base to stop: not even the guard that does so when commands stop coming, for it has to call the driver, too.
+//!
 //! In each control period whoever runs a base calls, in this order: [`BaseDriver::poll`] for the newest odometry,
 //! [`SonarDriver::poll`] for finished scans, and, once all is decided, [`BaseDriver::command`].
 //!

@@ -87,7 +87,7 @@ pub trait BaseKind {
     /// Its keys, beside `driver`.
     type Config: DeserializeOwned + JsonSchema;
 
-    /// Opens the driver.
+    /// Opens the driver. `orienteer check` does so, too: a driver of a real device goes to it no sooner than when it is first polled.
     ///
     /// # Errors
     /// If it can't be opened, with the place in the configuration.
@@ -107,7 +107,7 @@ pub trait SonarKind {
     /// Its keys, beside `driver`.
     type Config: DeserializeOwned + JsonSchema;
 
-    /// Opens the driver. The robot's base is open by then.
+    /// Opens the driver, and leaves its device alone until it is first polled. The robot's base is open by then.
     ///
     /// # Errors
     /// If it can't be opened, with the place in the configuration.

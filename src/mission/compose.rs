@@ -140,7 +140,7 @@ impl RobotBuilder<'_> {
             Remark::note(noted, &self.config.name, text);
         }
         let context = self.context(&base, &ring);
-        let mut nodes = vec![self.base_node(&context, base, &ring, sources)?];
+        let mut nodes = vec![self.base_node(&context, base, &ring)];
         nodes.push(self.sonar_node(&context, sonar));
         for (i, agent) in self.config.agents.iter().enumerate() {
             let client = ClientId(FIRST_AGENT + i as u16);
@@ -229,31 +229,25 @@ impl RobotBuilder<'_> {
         RobotContext { node: Arc::from(name), client, ..context.clone() }
     }
 
-    fn base_node(&self, context: &RobotContext, base: OpenBase, ring: &Ring, sources: &Sources) -> Result<NodePlan, Problems> {
+    fn base_node(&self, context: &RobotContext, base: OpenBase, ring: &Ring) -> NodePlan {
         let OpenBase { driver, motion, protection, .. } = base;
-        let node = if self.wall {
-            let refuse = |error: orienteer_hardware::driver::DriverError| {
-                Problem::new(
-                    sources,
-                    &self.config.base.span,
-                    error.to_string(),
-                    "too many threads may be running on this machine",
-                )
-            };
-            let guarded = Guarded::new(driver, &self.config.name, self.period).map_err(refuse)?;
+        let (ring, period, wall, robot) = (ring.clone(), self.period, self.wall, self.config.name.clone());
+        let begin = move || {
+            if !wall {
+                return Ok(BaseNode::new(driver, &ring, motion, protection, period));
+            }
+            let guarded = Guarded::new(driver, &robot, period).map_err(|error| BuildError::for_good(error.to_string()))?;
             let guard = guarded.guard();
-            BaseNode::new(Box::new(guarded), ring, motion, protection, self.period).guarded_by(guard)
-        } else {
-            BaseNode::new(driver, ring, motion, protection, self.period)
+            Ok(BaseNode::new(Box::new(guarded), &ring, motion, protection, period).guarded_by(guard))
         };
-        Ok(NodePlan {
+        NodePlan {
             context: self.of_node(context, BASE),
             phases: vec![Phase::Sense, Phase::Act],
             wiring: BaseNode::wiring(),
             claims: false,
             deadline: self.period,
-            factory: once(node),
-        })
+            factory: once(begin),
+        }
     }
 
     fn sonar_node(&self, context: &RobotContext, sonar: Box<dyn SonarDriver>) -> NodePlan {
@@ -263,7 +257,7 @@ impl RobotBuilder<'_> {
             wiring: SonarNode::wiring(),
             claims: false,
             deadline: self.period,
-            factory: once(SonarNode::new(sonar)),
+            factory: once(move || Ok(SonarNode::new(sonar))),
         }
     }
 
@@ -322,13 +316,14 @@ fn needs_wall_clock(site: &Site<'_>, driver: &str) -> Problems {
     site.problem(message, "set `clock = \"wall\"` in `[mission]`, and give no `speed`")
 }
 
-/// A device can be opened only once: after a panic it can't be built anew, and its base stands.
-fn once<B: Behaviour + Send>(node: B) -> Factory {
-    let node = Mutex::new(Some(node));
+/// Begins with a device when its robot comes to life, and not before: a mission that is only checked leaves devices alone. A device
+/// can be opened only once: after a panic it can't be built anew, and its base stands.
+fn once<B: Behaviour>(begin: impl FnOnce() -> Result<B, BuildError> + Send + 'static) -> Factory {
+    let begin = Mutex::new(Some(begin));
     Box::new(move |_| {
-        let node = node.lock().ok().and_then(|mut node| node.take());
-        match node {
-            Some(node) => Ok(Box::new(node)),
+        let begin = begin.lock().ok().and_then(|mut begin| begin.take());
+        match begin {
+            Some(begin) => Ok(Box::new(begin()?)),
             None => Err(BuildError::for_good("its device can't be opened a second time")),
         }
     })

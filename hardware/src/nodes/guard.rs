@@ -76,7 +76,8 @@ impl Guarded {
     /// If the thread can't be started.
     pub fn new(mut driver: Box<dyn BaseDriver>, robot: &str, period: Duration) -> Result<Self, DriverError> {
         // The first step may come before the thread does; a device that is not ready yet will be asked again.
-        let odometry = driver.poll(Time::START).ok();
+        // One that panics will do so again, on its own thread, where nobody is hurt.
+        let odometry = catch_unwind(AssertUnwindSafe(|| driver.poll(Time::START))).ok().and_then(Result::ok);
         let state = State {
             watchdog: Watchdog::new(period),
             valid_until: Time::START,
