@@ -4,12 +4,13 @@
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
-//! | wires | [`wire`]: the languages of real devices, as bytes and packets |
+//! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets |
 //! | bases | [`base`]: kinematics, odometry, motions, protection |
 //! | sonars | [`rings`]: where transducers sit; [`echo`]: what they hear |
 //! | surroundings | [`world`]: walls, doors, people |
 #![forbid(unsafe_code)]
 
+pub mod arcos;
 pub mod base;
 pub mod driver;
 pub mod drivers;

@@ -17,29 +17,33 @@ pub struct Units {
     pub speed: f64,
     /// A unit of a sonar's range, m.
     pub range: f64,
+    /// Distance between the wheels, by which their speeds make a turn rate, m. As wide tyres and skidding have it, not as a ruler
+    /// would.
+    pub tread: f64,
 }
 
 /// A unit of heading, rad; the same for all.
 pub const ANGLE: f64 = TAU / 4096.0;
 
-/// The models that are known, with the factors of ARIA's parameter files (there in mm, and 0.001534 rad rounded to 0.00153).
+/// The models that are known, with the factors of ARIA's parameter files.
 pub const MODELS: [Units; 12] = [
-    units("p3dx-sh", 1.0, 1.0, 1.0),
-    units("p3dx", 0.485, 1.0, 1.0),
-    units("p3at-sh", 1.0, 1.0, 1.0),
-    units("p3at", 0.465, 1.0, 1.0),
-    units("p2dx", 0.84, 1.0, 0.268),
-    units("p2de", 0.969, 1.0, 0.268),
-    units("p2d8", 0.485, 1.0, 1.0),
-    units("p2d8+", 0.485, 1.0, 1.0),
-    units("p2at", 1.32, 1.0, 0.268),
-    units("p2at8", 1.32, 1.0, 1.0),
-    units("amigo", 0.5083, 0.6154, 1.0),
-    units("amigo-sh", 1.0, 1.0, 1.0),
+    units("p3dx-sh", 1.0, 1.0, 1.0, 0.0056),
+    units("p3dx", 0.485, 1.0, 1.0, 0.0056),
+    units("p3at-sh", 1.0, 1.0, 1.0, 0.0034),
+    units("p3at", 0.465, 1.0, 1.0, 0.0034),
+    units("p2dx", 0.84, 1.0, 0.268, 0.0056),
+    units("p2de", 0.969, 1.0, 0.268, 0.0056),
+    units("p2d8", 0.485, 1.0, 1.0, 0.0056),
+    units("p2d8+", 0.485, 1.0, 1.0, 0.0056),
+    units("p2at", 1.32, 1.0, 0.268, 0.0034),
+    units("p2at8", 1.32, 1.0, 1.0, 0.0034),
+    units("amigo", 0.5083, 0.6154, 1.0, 0.011),
+    units("amigo-sh", 1.0, 1.0, 1.0, 0.011),
 ];
 
-const fn units(model: &'static str, distance: f64, speed: f64, range: f64) -> Units {
-    Units { model, distance: distance / 1000.0, speed: speed / 1000.0, range: range / 1000.0 }
+/// From ARIA's factors: mm and mm/s per unit, and rad/s for half a mm/s of difference between the wheels.
+const fn units(model: &'static str, distance: f64, speed: f64, range: f64, turn: f64) -> Units {
+    Units { model, distance: distance / 1000.0, speed: speed / 1000.0, range: range / 1000.0, tread: 0.002 / turn }
 }
 
 impl Units {

@@ -1,0 +1,259 @@
+//! One client's conversation with a base: greeting, keeping it alive, driving it, and beginning again when it has gone.
+
+use std::time::Duration;
+
+use orienteer_runtime::{geometry::Twist, time::Time};
+
+use super::Readings;
+use crate::wire::arcos::{
+    command::{Argument, Code, Command},
+    frame::{Counts, Frame, Framer},
+    greeting::{Greeting, emit_sync},
+    information::Information,
+    units::Units,
+};
+
+/// A greeting that is not answered for so long is sent again.
+const ANSWER: Duration = Duration::from_millis(500);
+/// A base that says nothing for so long has gone: it should speak ten times a second.
+const SILENCE: Duration = Duration::from_secs(1);
+/// For how long a velocity holds that nobody renews. The base itself would keep it as long as anybody speaks.
+const HOLDS: Duration = Duration::from_millis(250);
+/// The base hears something at least this often. It stops by itself after two seconds of nothing.
+const ALIVE: Duration = Duration::from_millis(200);
+
+/// What a base is and how it is to be driven.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Its units; `None` to take them by the model that it greets with.
+    pub units: Option<Units>,
+    /// Acceleration and deceleration, m/s².
+    pub acceleration: f64,
+    /// Angular acceleration and deceleration, rad/s².
+    pub angular_acceleration: f64,
+    /// Number of transducers.
+    pub transducers: usize,
+    /// Range of a transducer that hears nothing, m.
+    pub max_range: f64,
+}
+
+/// How a session stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// The base has not answered this greeting yet, 0 to 2.
+    Greeting(u8),
+    /// It has greeted back, and has not said where it is yet.
+    Opening,
+    /// It says where it is, and obeys.
+    Open,
+}
+
+/// A client's side of a session, without any I/O: [`receive`](Session::receive) what has come, then send what
+/// [`transmit`](Session::transmit) gives; at least ten times a second.
+///
+/// A velocity that is not renewed with [`drive`](Session::drive) for a quarter of a second is replaced by a stop.
+#[derive(Debug, Clone)]
+pub struct Session {
+    profile: Profile,
+    framer: Framer,
+    state: State,
+    greeting: Option<Greeting>,
+    /// When the base was greeted last, or spoke last.
+    since: Option<Time>,
+    readings: Option<Readings>,
+    wanted: Twist,
+    /// When `wanted` was said last.
+    renewed: Option<Time>,
+    /// The velocity that the base was told last, mm/s and °/s.
+    told: Option<(i32, i32)>,
+    /// When the base was told anything.
+    spoke: Option<Time>,
+    /// The base has greeted with a model that has no units.
+    unknown_model: bool,
+    /// How often the base was greeted anew.
+    attempts: u8,
+}
+
+impl Session {
+    /// Nothing has been said yet.
+    #[must_use]
+    pub fn new(profile: Profile) -> Self {
+        Self {
+            profile,
+            framer: Framer::default(),
+            state: State::Greeting(0),
+            greeting: None,
+            since: None,
+            readings: None,
+            wanted: Twist::STOP,
+            renewed: None,
+            told: None,
+            spoke: None,
+            unknown_model: false,
+            attempts: 0,
+        }
+    }
+
+    /// How it stands.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// What the base has greeted with, if it has.
+    #[must_use]
+    pub fn greeting(&self) -> Option<&Greeting> {
+        self.greeting.as_ref()
+    }
+
+    /// True if the base has greeted with a model whose units nobody knows: it is left alone then.
+    #[must_use]
+    pub fn is_strange(&self) -> bool {
+        self.unknown_model
+    }
+
+    /// What came over the wire so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.framer.counts()
+    }
+
+    /// What the base has said of itself; `None` before it was greeted.
+    #[must_use]
+    pub fn readings(&mut self) -> Option<&mut Readings> {
+        self.readings.as_mut()
+    }
+
+    /// Wants this velocity from `now` on. One that is not a number is a stop.
+    pub fn drive(&mut self, now: Time, twist: Twist) {
+        let wanted = if twist.is_finite() { twist } else { Twist::STOP };
+        (self.wanted, self.renewed) = (wanted, Some(now));
+    }
+
+    /// Takes in the bytes that have come until `now`.
+    pub fn receive(&mut self, now: Time, bytes: &[u8]) {
+        // The framer goes aside while it shows frames to the rest.
+        let mut framer = std::mem::take(&mut self.framer);
+        framer.push(bytes, |frame| self.hear(now, frame));
+        self.framer = framer;
+    }
+
+    fn hear(&mut self, now: Time, frame: Frame<'_>) {
+        match self.state {
+            // Some bases answer a greeting only when it is its turn, so theirs says how far they are.
+            State::Greeting(_) if matches!(frame.kind, 0 | 1) && frame.body.is_empty() => {
+                (self.state, self.since) = (State::Greeting(frame.kind + 1), None);
+            }
+            State::Greeting(_) => {
+                if let Ok(greeting) = Greeting::parse(frame) {
+                    self.meet(now, greeting);
+                }
+            }
+            State::Opening | State::Open => {
+                if let Ok(packet) = Information::parse(frame) {
+                    (self.state, self.since) = (State::Open, Some(now));
+                    if let Some(readings) = &mut self.readings {
+                        readings.follow(now, &packet);
+                    }
+                }
+            }
+        }
+    }
+
+    fn meet(&mut self, now: Time, greeting: Greeting) {
+        let units = self.profile.units.or_else(|| Units::of(&greeting.model));
+        self.greeting = Some(greeting);
+        self.unknown_model = units.is_none();
+        let Some(units) = units else {
+            // It is in a session now: closed before the next greeting.
+            (self.state, self.since, self.attempts) = (State::Greeting(0), Some(now), 0);
+            return;
+        };
+        match &mut self.readings {
+            Some(readings) => readings.begin_anew(),
+            None => self.readings = Some(Readings::new(units, self.profile.transducers, self.profile.max_range)),
+        }
+        (self.state, self.since, self.told) = (State::Opening, None, None);
+    }
+
+    /// Appends all that is to be sent at `now`.
+    pub fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
+        let waited = |limit: Duration| self.since.is_none_or(|since| now.since(since) >= limit);
+        match self.state {
+            State::Greeting(step) if waited(ANSWER) => {
+                match (self.since, step) {
+                    (None, 1..) => emit_sync(step, into),
+                    _ => self.greet_anew(into),
+                }
+                self.since = Some(now);
+            }
+            State::Greeting(_) => {}
+            State::Opening if self.since.is_none() => {
+                self.open(into);
+                (self.since, self.spoke) = (Some(now), Some(now));
+            }
+            State::Opening | State::Open if waited(SILENCE) => {
+                self.attempts = 0;
+                self.greet_anew(into);
+                self.since = Some(now);
+            }
+            State::Opening | State::Open => self.steer(now, into),
+        }
+    }
+
+    /// Appends what ends the session.
+    pub fn close(&mut self, into: &mut Vec<u8>) {
+        for code in [Code::Stop, Code::Close] {
+            Command::new(code, Argument::None).emit(into);
+        }
+        (self.state, self.since, self.attempts) = (State::Greeting(0), None, 0);
+    }
+
+    /// Begins with the greeting. The base may be in a session that somebody has left, or half through a greeting of which the
+    /// answer got lost; the closing word is the third greeting, too.
+    fn greet_anew(&mut self, into: &mut Vec<u8>) {
+        let step = self.attempts % 2;
+        self.attempts = self.attempts.wrapping_add(1);
+        self.state = State::Greeting(step);
+        if step == 0 {
+            Command::new(Code::Close, Argument::None).emit(into);
+        }
+        emit_sync(step, into);
+    }
+
+    /// Starts the stream of information, with wheels that stand, and only then the motors.
+    fn open(&mut self, into: &mut Vec<u8>) {
+        Command::new(Code::Open, Argument::None).emit(into);
+        let linear = (self.profile.acceleration * 1000.0).round() as i32;
+        let angular = self.profile.angular_acceleration.to_degrees().round() as i32;
+        for (code, number) in [
+            (Code::Acceleration, linear),
+            (Code::Acceleration, -linear),
+            (Code::AngularAcceleration, angular),
+            (Code::AngularAcceleration, -angular),
+            (Code::Velocity, 0),
+            (Code::TurnRate, 0),
+            (Code::Sonar, 1),
+            (Code::Enable, 1),
+        ] {
+            Command::new(code, Argument::Integer(number)).emit(into);
+        }
+        self.told = Some((0, 0));
+    }
+
+    /// Says the velocity when it changes, and every now and then that somebody is there.
+    fn steer(&mut self, now: Time, into: &mut Vec<u8>) {
+        let holds = self.renewed.is_some_and(|renewed| now.since(renewed) < HOLDS);
+        let twist = if holds && self.state == State::Open { self.wanted } else { Twist::STOP };
+        let velocity = ((twist.linear * 1000.0).round() as i32, twist.angular.to_degrees().round() as i32);
+        let quiet = self.spoke.is_none_or(|spoke| now.since(spoke) >= ALIVE);
+        if self.told != Some(velocity) || quiet {
+            Command::new(Code::Velocity, Argument::Integer(velocity.0)).emit(into);
+            Command::new(Code::TurnRate, Argument::Integer(velocity.1)).emit(into);
+            (self.told, self.spoke) = (Some(velocity), Some(now));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
