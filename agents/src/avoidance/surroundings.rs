@@ -1,6 +1,6 @@
 //! What comes nearer by itself, told from what the robot's own motion brings nearer.
 
-use std::sync::Arc;
+use std::{collections::VecDeque, sync::Arc};
 
 use nalgebra::Vector2;
 use orienteer_runtime::{
@@ -34,8 +34,8 @@ pub struct Surroundings {
     tracks: Vec<Track>,
     /// For each transducer, how far before the robot's centre its face stands along its beam, m, and the cosine of its bearing.
     faces: Vec<(f64, f64)>,
-    last: Option<(Time, Pose)>,
-    now: Option<(Time, Pose)>,
+    /// Where the robot was, oldest first, for as long as it takes a scan to be complete.
+    poses: VecDeque<(Time, Pose)>,
     /// Speed along the heading, m/s.
     speed: f64,
     /// A transducer that has said nothing for longer than this, s, is silent: nobody knows what is there.
@@ -80,7 +80,7 @@ impl Surroundings {
         let face = |mount: &Pose| (mount.x * mount.heading.cos() + mount.y * mount.heading.sin(), mount.heading.cos());
         let faces = ring.transducers.iter().map(|transducer| face(&transducer.mount)).collect();
         let patience = SILENT + 2.0 * ring.pass_time();
-        Self { ring, radius, tracks, faces, last: None, now: None, speed: 0.0, patience }
+        Self { ring, radius, tracks, faces, poses: VecDeque::new(), speed: 0.0, patience }
     }
 
     /// Follows the robot's own motion.
@@ -89,9 +89,12 @@ impl Surroundings {
         if !odometry.pose.is_sound() || !odometry.twist.is_finite() {
             return;
         }
-        if self.now.is_none_or(|(stamp, _)| odometry.stamp > stamp) {
-            self.last = self.now;
-            self.now = Some((odometry.stamp, odometry.pose));
+        if self.poses.back().is_none_or(|(stamp, _)| odometry.stamp > *stamp) {
+            let over = |(stamp, _): &(Time, Pose)| odometry.stamp.secs_since(*stamp) > self.patience;
+            while self.poses.get(1).is_some_and(over) {
+                self.poses.pop_front();
+            }
+            self.poses.push_back((odometry.stamp, odometry.pose));
         }
         self.speed = odometry.twist.linear;
     }
@@ -124,20 +127,22 @@ impl Surroundings {
         }
     }
 
-    /// Where the robot was at a time since the last odometry but one.
+    /// Where the robot was at a time; before all that is known, where it was first, and after that, where it was last.
     fn pose_at(&self, time: f64) -> Pose {
-        match (self.last, self.now) {
-            (Some((before, from)), Some((after, to))) => {
-                let share = (time - before.as_secs_f64()) / after.secs_since(before).max(1e-6);
-                from.interpolate(to, share.clamp(0.0, 1.0))
+        let mut after: Option<(Time, Pose)> = None;
+        for (stamp, pose) in self.poses.iter().rev().copied() {
+            let Some((later, end)) = after.replace((stamp, pose)) else { continue };
+            if stamp.as_secs_f64() <= time {
+                let share = (time - stamp.as_secs_f64()) / later.secs_since(stamp).max(1e-6);
+                return pose.interpolate(end, share.clamp(0.0, 1.0));
             }
-            (_, now) => now.map_or_else(Pose::default, |(_, pose)| pose),
         }
+        after.map_or_else(Pose::default, |(_, pose)| pose)
     }
 
     /// True if a transducer has not said anything for too long.
     fn is_silent(&self, track: &Track) -> bool {
-        self.now.is_some_and(|(now, _)| now.as_secs_f64() - track.taken() > self.patience)
+        self.poses.back().is_some_and(|(now, _)| now.as_secs_f64() - track.taken() > self.patience)
     }
 
     /// Everything within hearing, one entry for each transducer that hears something.

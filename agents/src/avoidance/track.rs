@@ -57,10 +57,14 @@ struct Sample {
 
 /// At 25 ms per ring, 0.8 s.
 const HISTORY: usize = 32;
-/// Slopes of fewer readings than this are not worth anything.
-const ENOUGH: usize = 6;
-/// A change between two readings that no walking makes, m: 4 cm in 25 ms at 1.6 m/s, one quantum, and noise.
-const JUMP: f64 = 0.12;
+/// Slopes of fewer readings than this, or over less time, s, are not worth anything: at 25 ms per ring, six readings.
+const ENOUGH: (usize, f64) = (3, 0.12);
+/// By how much two readings of somebody who stands may differ, m: one quantum, and noise.
+const SCATTER: f64 = 0.08;
+/// Nobody walks faster than this, m/s. What changes by more between two readings is something else.
+const WALKS: f64 = 1.6;
+/// Between readings that are farther apart in time than this, s, anything may have happened: as slow as the slowest rings.
+const LONGEST_PASS: f64 = 0.5;
 /// A beam that has turned by more than this, rad, looks elsewhere.
 const ELSEWHERE: f64 = 0.09;
 /// Tangent of the widest angle of incidence at which walls usually answer (30°).
@@ -110,6 +114,7 @@ impl Track {
 
     /// Takes a reading of a beam in which things may be up to `half` off the axis, rad. `course` gives the direction of a vector.
     pub fn push(&mut self, reading: Reading, half: f64, course: impl FnOnce(Vector2<f64>) -> f64) {
+        let jump = SCATTER + WALKS * (reading.time - self.taken).clamp(0.0, LONGEST_PASS);
         self.taken = reading.time;
         if let Some((last, axis)) = self.last.replace((reading.at, reading.axis)) {
             let by = reading.at - last;
@@ -127,7 +132,7 @@ impl Track {
         let range = a.max(b).min(a.min(b).max(c));
         self.range = range.is_finite().then_some(range);
         let still = range + self.along;
-        if !range.is_finite() || (self.len > 0 && (still - self.newest(0).still).abs() > JUMP) {
+        if !range.is_finite() || (self.len > 0 && (still - self.newest(0).still).abs() > jump) {
             self.len = 0;
         }
         if range.is_finite() {
@@ -147,7 +152,7 @@ impl Track {
         let Some(newest) = (self.len > 0).then(|| self.newest(0)) else { return Trend::default() };
         let same = |back: &usize| angle::turn(self.newest(*back).axis, newest.axis).abs() < ELSEWHERE;
         let len = (0..self.len).take_while(same).count();
-        if len < ENOUGH {
+        if len < ENOUGH.0 || newest.time - self.newest(len - 1).time < ENOUGH.1 {
             return Trend::default();
         }
         let n = len as f64;
