@@ -161,4 +161,10 @@ fn blind_spots_are_remarked_on() {
     assert_eq!(answer["remarks"].as_array().map(Vec::len), Some(1));
     let (code, _, errors) = call(folder.path(), &["run", "a.toml", "--for", "1", "--no-record"]);
     assert!(code == 0 && errors.contains("no beam of `luey-8-square`"), "{errors}");
+
+    // On its own platform all is covered at top speed, which stops far ahead, and not when it goes slowly.
+    let own = robot("dee", 2, "luey-8-square").replace("driver = \"sim\" }", "driver = \"sim\", platform = \"b12-luey\" }");
+    fs::write(folder.path().join("b.toml"), format!("[world]\nfile = \"hall.toml\"\n{own}")).unwrap();
+    let (code, out, _) = call(folder.path(), &["check", "b.toml"]);
+    assert!(code == 0 && out.contains("remark: dee: no beam of `luey-8-square`"), "{out}");
 }

@@ -43,6 +43,9 @@ pub fn several<S: AsRef<str>>(names: &[S]) -> String {
 /// Narrower than this, m, is less than anybody's leg.
 const LEG: f64 = 0.05;
 
+/// Shares of a platform's top speed at which it is looked ahead.
+const SPEEDS: [f64; 3] = [0.25, 0.5, 1.0];
+
 /// What a person should know of how a robot sees where it goes.
 pub(super) fn of_sight(base: &OpenBase, ring: &Ring, period: Duration) -> Option<String> {
     let platform = base.driver.platform();
@@ -56,8 +59,12 @@ pub(super) fn of_sight(base: &OpenBase, ring: &Ring, period: Duration) -> Option
             platform.name
         ));
     }
-    let stop = protection.stopping_distance(platform);
-    let gap = widest_gap(ring, platform.radius, stop);
+    // Beams spread: what they cover ahead of a fast robot, they may leave open ahead of a slow one.
+    let gaps = SPEEDS.map(|share| {
+        let stop = protection.stopping_distance(platform, share * platform.limits.linear);
+        (widest_gap(ring, platform.radius, stop), stop)
+    });
+    let (gap, stop) = gaps.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     (gap > LEG).then(|| {
         format!(
             "no beam of `{}` looks at {:.0} cm of the way, {:.0} cm in front of `{}`: who steps in from the side there can be run into",

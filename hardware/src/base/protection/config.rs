@@ -65,11 +65,10 @@ impl Default for ProtectionConfig {
 }
 
 impl ProtectionConfig {
-    /// The distance ahead within which a base must see to go at its top speed, m: what it drives in a control period and its
+    /// The distance ahead within which a base must see to go at this speed (m/s), m: what it drives in a control period and its
     /// latency, brakes in, and leaves as a margin.
     #[must_use]
-    pub fn stopping_distance(&self, platform: &Platform) -> f64 {
-        let speed = platform.limits.linear;
+    pub fn stopping_distance(&self, platform: &Platform, speed: f64) -> f64 {
         speed * (self.period + self.latency) + speed * speed / (2.0 * self.braking_share * platform.acceleration) + self.margin
     }
 
