@@ -2,7 +2,10 @@
 //!
 //! ```sh
 //! cargo run --example custom_behaviour
+//! cargo run --example custom_behaviour -- list agents
 //! ```
+//!
+//! With arguments it is the whole of `orienteer`, with one more kind of agent.
 //!
 //! A behaviour is a plain state machine: once per control period it looks at its inputs and fills its outputs. It knows
 //! nothing of actors, clocks or shared memory. To make it a kind of agent that a configuration can name, say what it is called,
@@ -11,8 +14,10 @@
 //! It need not be perfect: it asks for the base with a priority like any other behaviour, and whatever it asks for, the base
 //! never drives faster than it can stop in the free distance that its sonar sees.
 
+use std::process::ExitCode;
+
 use orienteer::{
-    Registry,
+    Registry, cli,
     mission::{self, RunOptions},
     runtime::{
         agent::{Agent, Behaviour, BuildError, Inputs, Outputs, RobotContext, Wiring},
@@ -97,12 +102,25 @@ priority = 5
 clearance = 1.0
 "#;
 
-fn main() -> Result<(), String> {
+fn main() -> ExitCode {
     let registry = Registry::standard().with_agent::<Wanderer>();
+    if std::env::args().len() > 1 {
+        return cli::main(&registry);
+    }
+    match wander(&registry) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn wander(registry: &Registry) -> Result<(), String> {
     let mine = ("wander.toml".to_owned(), MISSION.as_bytes().to_vec());
     let files = mission::embedded_files().chain([mine]);
-    let loaded = mission::load_files(files, "wander.toml", &registry).map_err(|problems| problems.to_string())?;
-    let outcome = mission::run(loaded, &registry, RunOptions::default()).map_err(|error| error.to_string())?;
+    let loaded = mission::load_files(files, "wander.toml", registry).map_err(|problems| problems.to_string())?;
+    let outcome = mission::run(loaded, registry, RunOptions::default()).map_err(|error| error.to_string())?;
 
     println!("{:.0} simulated seconds, {:.0} times faster than life", outcome.time.as_secs_f64(), outcome.real_time_factor());
     for robot in &outcome.robots {

@@ -15,15 +15,15 @@ mod why;
 
 use std::{path::PathBuf, process::ExitCode};
 
+use crate::{Registry, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
-use orienteer::{reproduce::SUITES, runtime::config::mission::MOST_THREADS};
 
 use refusal::Refusal;
 
 /// Actor-based mobile robots that find their way by sonar.
 #[derive(Debug, Parser)]
 #[command(name = "orienteer", version, after_help = EXIT_CODES)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Command,
 
@@ -55,7 +55,7 @@ const LONGEST: f64 = 2_678_400.0;
 
 /// What a command comes to. See [`EXIT_CODES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// All went well.
     Well,
     /// A result is not as it should be.
@@ -115,7 +115,7 @@ impl Command {
 
 /// What `run` takes.
 #[derive(Debug, Args)]
-pub struct RunArguments {
+pub(crate) struct RunArguments {
     /// The mission; without it, the built-in office floor
     pub config: Option<PathBuf>,
     /// Times real time, if not as fast as it can
@@ -146,7 +146,7 @@ pub struct RunArguments {
 
 /// What `check` takes.
 #[derive(Debug, Args)]
-pub struct CheckArguments {
+pub(crate) struct CheckArguments {
     /// The mission
     pub config: PathBuf,
     /// Print the problems as JSON
@@ -156,7 +156,7 @@ pub struct CheckArguments {
 
 /// What `schema` takes.
 #[derive(Debug, Args)]
-pub struct SchemaArguments {
+pub(crate) struct SchemaArguments {
     /// mission or world
     #[arg(hide_possible_values = true, hide_default_value = true, default_value = "mission", value_parser = ["mission", "world"])]
     pub of: String,
@@ -164,7 +164,7 @@ pub struct SchemaArguments {
 
 /// What `list` takes.
 #[derive(Debug, Args)]
-pub struct ListArguments {
+pub(crate) struct ListArguments {
     /// agents, drivers, platforms, rings, worlds or suites; else all
     #[arg(hide_possible_values = true, value_parser = ["agents", "drivers", "platforms", "rings", "worlds", "suites"])]
     pub what: Option<String>,
@@ -175,7 +175,7 @@ pub struct ListArguments {
 
 /// What `why` takes.
 #[derive(Debug, Args)]
-pub struct WhyArguments {
+pub(crate) struct WhyArguments {
     /// The recording
     pub recording: PathBuf,
     /// The robot; needed if the recording has several
@@ -191,7 +191,7 @@ pub struct WhyArguments {
 
 /// What `verify` takes.
 #[derive(Debug, Args)]
-pub struct VerifyArguments {
+pub(crate) struct VerifyArguments {
     /// The recording
     pub recording: PathBuf,
     /// Spread the robots over this many threads
@@ -201,7 +201,7 @@ pub struct VerifyArguments {
 
 /// What `map` takes.
 #[derive(Debug, Args)]
-pub struct MapArguments {
+pub(crate) struct MapArguments {
     /// The recording
     pub recording: PathBuf,
     /// The robot; without it, all with poses and scans
@@ -214,7 +214,7 @@ pub struct MapArguments {
 
 /// What `reproduce` takes.
 #[derive(Debug, Args)]
-pub struct ReproduceArguments {
+pub(crate) struct ReproduceArguments {
     /// The suite, see `orienteer list suites`; without it, all
     #[arg(hide_possible_values = true, value_parser = PossibleValuesParser::new(SUITES.iter().map(|suite| suite.name)))]
     pub suite: Option<String>,
@@ -229,18 +229,30 @@ pub struct ReproduceArguments {
     pub json: bool,
 }
 
-/// Carries out a command.
-pub fn main(arguments: Arguments) -> ExitCode {
-    progress::start_logging(arguments.verbose, arguments.quiet);
-    let json = arguments.command.answers_in_json();
-    let outcome = match arguments.command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::Check(arguments) => check::check(&arguments),
-        Command::Schema(arguments) => check::schema(&arguments),
-        Command::List(arguments) => list::list(&arguments),
-        Command::Why(arguments) => why::why(&arguments),
-        Command::Verify(arguments) => verify::verify(&arguments),
-        Command::Map(arguments) => map::map(&arguments),
+/// The whole program: reads the command line, does what it says with what this registry has, and gives the exit code.
+///
+/// A program of your own, with agents and drivers of your own, has all commands with it:
+///
+/// ```no_run
+/// use std::process::ExitCode;
+///
+/// fn main() -> ExitCode {
+///     // .with_agent::<MyAgent>()
+///     orienteer::cli::main(&orienteer::Registry::standard())
+/// }
+/// ```
+pub fn main(registry: &Registry) -> ExitCode {
+    let Arguments { command, verbose, quiet } = Arguments::parse();
+    progress::start_logging(verbose, quiet);
+    let json = command.answers_in_json();
+    let outcome = match command {
+        Command::Run(arguments) => run::run(&arguments, registry),
+        Command::Check(arguments) => check::check(&arguments, registry),
+        Command::Schema(arguments) => check::schema(&arguments, registry),
+        Command::List(arguments) => list::list(&arguments, registry),
+        Command::Why(arguments) => why::why(&arguments, registry),
+        Command::Verify(arguments) => verify::verify(&arguments, registry),
+        Command::Map(arguments) => map::map(&arguments, registry),
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
     };
     outcome.unwrap_or_else(|refusal| refusal.tell(json)).into()

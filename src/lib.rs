@@ -2,7 +2,7 @@
 //!
 //! This is the whole framework behind one name: [`runtime`] is how actors live, [`hardware`] what robots are made of,
 //! [`agents`] what they do. [`mission`] turns a configuration into a running fleet; [`Registry`] holds what a configuration may
-//! name, and is the place to add agents and drivers of your own.
+//! name, and is the place to add agents and drivers of your own; [`cli::main`] makes a program of it, with all commands.
 //!
 //! ```no_run
 //! use orienteer::{Registry, mission::{self, RunOptions}};
@@ -15,6 +15,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod cli;
 pub mod mission;
 mod registry;
 pub mod reproduce;

@@ -1,12 +1,10 @@
 //! The `orienteer` command.
 #![forbid(unsafe_code)]
 
-mod cli;
-
 use std::process::ExitCode;
 
-use clap::Parser;
+use orienteer::{Registry, cli};
 
 fn main() -> ExitCode {
-    cli::main(cli::Arguments::parse())
+    cli::main(&Registry::standard())
 }

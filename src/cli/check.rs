@@ -7,7 +7,7 @@ use super::{
     style::{self, Paint},
     table::{Align, Table},
 };
-use orienteer::{
+use crate::{
     Registry,
     hardware::world::plan::WorldPlan,
     mission::{self, Composed, Remark},
@@ -19,8 +19,8 @@ use orienteer::{
 };
 
 /// Checks a configuration: all that `run` does before anything moves.
-pub fn check(arguments: &CheckArguments) -> Result<Outcome, Refusal> {
-    let (remarks, text) = examine(arguments)?;
+pub fn check(arguments: &CheckArguments, registry: &Registry) -> Result<Outcome, Refusal> {
+    let (remarks, text) = examine(arguments, registry)?;
     if arguments.json {
         style::print_json(&serde_json::json!({ "ok": true, "problems": [], "remarks": remarks }))?;
     } else {
@@ -29,15 +29,14 @@ pub fn check(arguments: &CheckArguments) -> Result<Outcome, Refusal> {
     Ok(Outcome::Well)
 }
 
-fn examine(arguments: &CheckArguments) -> Result<(Vec<Remark>, String), Refusal> {
-    let registry = Registry::standard();
-    let mut loaded = mission::load(&arguments.config, &registry)?;
+fn examine(arguments: &CheckArguments, registry: &Registry) -> Result<(Vec<Remark>, String), Refusal> {
+    let mut loaded = mission::load(&arguments.config, registry)?;
     // The very mission may be running under its name.
     loaded.mission.settings.run = None;
     let configs = loaded.mission.robots.clone();
     let world = loaded.mission.world.as_ref().map(|world| world.path.clone());
     let seed = loaded.mission.settings.seed;
-    let composed = mission::compose(loaded, &registry, seed)?;
+    let composed = mission::compose(loaded, registry, seed)?;
     let path = arguments.config.display();
     let text = describe(&path.to_string(), world.as_deref(), &configs, &composed);
     Ok((composed.remarks, text))
@@ -91,11 +90,11 @@ fn make(config: &RobotConfig, plan: &RobotPlan) -> [String; 3] {
 }
 
 /// Prints the schema of missions or worlds.
-pub fn schema(arguments: &SchemaArguments) -> Result<Outcome, Refusal> {
+pub fn schema(arguments: &SchemaArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     if arguments.of == "world" {
         style::print_json(&validate::schema_of::<WorldPlan>())?;
     } else {
-        style::print_json(&config::mission::schema(&Registry::standard()))?;
+        style::print_json(&config::mission::schema(registry))?;
     }
     Ok(Outcome::Well)
 }

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use orienteer::{
+use crate::{
     Registry,
     hardware::{
         base::{
@@ -42,9 +42,9 @@ struct List {
 }
 
 /// Prints what there is.
-pub fn list(arguments: &ListArguments) -> Result<Outcome, Refusal> {
+pub fn list(arguments: &ListArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     let wanted = |list: &List| arguments.what.as_deref().is_none_or(|what| what == list.sort);
-    let lists: Vec<List> = lists(&Registry::standard()).into_iter().filter(wanted).collect();
+    let lists: Vec<List> = lists(registry).into_iter().filter(wanted).collect();
     if arguments.json {
         match lists.as_slice() {
             [only] => style::print_json(&only.items)?,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use orienteer::{
+use crate::{
     Registry,
     agents::mapper::{
         Config, Mapper,
@@ -27,10 +27,10 @@ use super::{
 };
 
 /// Draws the maps of a recording's robots.
-pub fn map(arguments: &MapArguments) -> Result<Outcome, Refusal> {
+pub fn map(arguments: &MapArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     let reader = verify::open(&arguments.recording)?;
     let robots = robots(&reader, arguments.robot.as_deref())?;
-    let (configs, composed) = settings(&reader, arguments)?;
+    let (configs, composed) = settings(&reader, arguments, registry)?;
     let paint = Paint::stdout();
     let columns = [("map", Align::Left), ("scans", Align::Right), ("free cells", Align::Right), ("occupied cells", Align::Right)];
     let columns = columns.into_iter().chain([("free ground", Align::Right), ("drawn in", Align::Right)]);
@@ -99,9 +99,12 @@ fn robots(reader: &Reader, asked: Option<&str>) -> Result<Vec<String>, Refusal> 
 }
 
 /// Each robot's settings for the mapper, if it has one, and what is known of the robots.
-fn settings(reader: &Reader, arguments: &MapArguments) -> Result<(Vec<(String, Config)>, Composed), Refusal> {
-    let registry = Registry::standard();
-    let mut loaded = verify::load(reader, &registry)?;
+fn settings(
+    reader: &Reader,
+    arguments: &MapArguments,
+    registry: &Registry,
+) -> Result<(Vec<(String, Config)>, Composed), Refusal> {
+    let mut loaded = verify::load(reader, registry)?;
     // Real devices are refused then. They must not be opened for a picture.
     loaded.mission.settings.clock = ClockKind::Lockstep;
     let mut configs = Vec::new();
@@ -113,7 +116,7 @@ fn settings(reader: &Reader, arguments: &MapArguments) -> Result<(Vec<(String, C
             configs.push((robot.name.clone(), validate::read::<Config>(&agent.section, &loaded.sources)?));
         }
     }
-    let composed = mission::compose(loaded, &registry, reader.mission().seed)?;
+    let composed = mission::compose(loaded, registry, reader.mission().seed)?;
     Ok((configs, composed))
 }
 
@@ -142,7 +145,7 @@ fn draw(reader: &Reader, robot: &str, config: Config, context: &RobotContext) ->
     Ok((mapper, heard))
 }
 
-type Poses<'r> = std::iter::Peekable<orienteer::runtime::recording::Messages<'r, PoseEstimate>>;
+type Poses<'r> = std::iter::Peekable<crate::runtime::recording::Messages<'r, PoseEstimate>>;
 
 /// Tells the mapper all poses up to a time.
 fn follow(mapper: &mut Mapper, poses: &mut Poses<'_>, until: Time) -> Result<(), Refusal> {

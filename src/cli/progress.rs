@@ -7,8 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::{hardware::sim::Arena, mission::WorldObserver, runtime::time::Time};
 use indicatif::{ProgressBar, ProgressStyle};
-use orienteer::{hardware::sim::Arena, mission::WorldObserver, runtime::time::Time};
 use tracing::Level;
 
 use super::style::{self, Paint};

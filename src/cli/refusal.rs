@@ -2,7 +2,7 @@
 
 use std::io::ErrorKind;
 
-use orienteer::{
+use crate::{
     mission::RunError,
     runtime::{
         config::{Problem, Problems},

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orienteer::{
+use crate::{
     reproduce::{Effort, Row, SUITES, Suite},
     runtime::fleet::Signals,
 };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use orienteer::{
+use crate::{
     Registry,
     mission::{self, EMBEDDED, Loaded, Recording, RunOptions},
     runtime::{clock::Pace, config::mission::ClockKind, fleet::Ended, time::Time},
@@ -11,11 +11,10 @@ use orienteer::{
 use super::{Outcome, Refusal, RunArguments, progress::MissionWatch, style, summary::Summary};
 
 /// Runs a mission and prints what came of it.
-pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
-    let registry = Registry::standard();
+pub fn run(arguments: &RunArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     let loaded = match &arguments.config {
-        Some(path) => mission::load(path, &registry)?,
-        None => mission::load_embedded(EMBEDDED[0], &registry)?,
+        Some(path) => mission::load(path, registry)?,
+        None => mission::load_embedded(EMBEDDED[0], registry)?,
     };
     let pace = pace(arguments, &loaded)?;
     let settings = &loaded.mission.settings;
@@ -35,7 +34,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, Refusal> {
         observer: Some(Box::new(watch)),
         ..RunOptions::default()
     };
-    let ended = mission::run(loaded, &registry, options);
+    let ended = mission::run(loaded, registry, options);
     drop(bar);
 
     let ended = ended?;

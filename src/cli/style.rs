@@ -5,7 +5,7 @@ use std::{
     io::{self, IsTerminal, Write},
 };
 
-use orienteer::runtime::{config::Problem, time::Time};
+use crate::runtime::{config::Problem, time::Time};
 
 use super::Refusal;
 

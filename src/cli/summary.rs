@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, time::Duration};
 
-use orienteer::{
+use crate::{
     mission,
     runtime::{fleet::Ended, robot::RobotReport, time::Time},
 };

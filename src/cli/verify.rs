@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-use orienteer::{
+use crate::{
     Registry,
     mission::{self, Loaded, Recording, RunOptions},
     runtime::{
@@ -29,10 +29,10 @@ use super::{
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Runs a recorded mission again and compares the recordings byte for byte.
-pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
+pub fn verify(arguments: &VerifyArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     let reader = Reader::open(&arguments.recording)?;
     let hash = hash(&arguments.recording)?;
-    let again = Repetition { reader: &reader, arguments };
+    let again = Repetition { reader: &reader, arguments, registry };
     let whole = *reader.ending() == Ending::Complete;
     if whole {
         let outcome = again.run(Recording::HashOnly)?;
@@ -65,12 +65,12 @@ pub fn verify(arguments: &VerifyArguments) -> Result<Outcome, Refusal> {
 struct Repetition<'a> {
     reader: &'a Reader,
     arguments: &'a VerifyArguments,
+    registry: &'a Registry,
 }
 
 impl Repetition<'_> {
     fn run(&self, record: Recording) -> Result<mission::Outcome, Refusal> {
-        let registry = Registry::standard();
-        let loaded = load(self.reader, &registry)?;
+        let loaded = load(self.reader, self.registry)?;
         if loaded.mission.settings.clock == ClockKind::Wall {
             let hint = "only missions with `clock = \"lockstep\"` give the same recording each time";
             return Err(Refusal::misused("this mission ran in real time, which never passes the same way twice", hint));
@@ -88,7 +88,7 @@ impl Repetition<'_> {
             observer: Some(Box::new(watch.until(end))),
             ..RunOptions::default()
         };
-        let outcome = mission::run(loaded, &registry, options);
+        let outcome = mission::run(loaded, self.registry, options);
         drop(bar);
         Ok(outcome?)
     }

@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, time::Duration};
 
-use orienteer::{
+use crate::{
     Registry,
     runtime::{
         arbitration::{Clients, explain},
@@ -27,11 +27,11 @@ const AFTER: (Duration, usize) = (Duration::from_secs(5), 3);
 const INDENT: usize = 10;
 
 /// Says why a robot did what it did.
-pub fn why(arguments: &WhyArguments) -> Result<Outcome, Refusal> {
+pub fn why(arguments: &WhyArguments, registry: &Registry) -> Result<Outcome, Refusal> {
     let reader = verify::open(&arguments.recording)?;
     let robot = robot(&reader, arguments.robot.as_deref())?;
     let at = Time::from_secs_f64(arguments.at);
-    let moment = Moment::find(&reader, robot, at)?;
+    let moment = Moment::find(&reader, registry, robot, at)?;
     if arguments.json {
         style::print_json(&moment.json())?;
     } else {
@@ -54,8 +54,8 @@ fn robot<'a>(reader: &'a Reader, asked: Option<&'a str>) -> Result<&'a str, Refu
 }
 
 /// Names and priorities of a robot's nodes. The recording names them, its configuration has the priorities.
-fn clients(reader: &Reader, robot: &str) -> Clients {
-    let loaded = verify::load(reader, &Registry::standard());
+fn clients(reader: &Reader, registry: &Registry, robot: &str) -> Clients {
+    let loaded = verify::load(reader, registry);
     let config = loaded.as_ref().ok().and_then(|loaded| loaded.mission.robots.iter().find(|config| config.name == robot));
     if config.is_none() {
         tracing::warn!("the recording's configuration can't be read any more: all priorities are shown as 0");
@@ -90,7 +90,7 @@ struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
-    fn find(reader: &Reader, robot: &'a str, at: Time) -> Result<Self, Refusal> {
+    fn find(reader: &Reader, registry: &Registry, robot: &'a str, at: Time) -> Result<Self, Refusal> {
         // Asks for the robot first, so that a wrong name is told of rather than a wrong time.
         let Some((decided, base)) = reader.decision_at(robot, at)? else {
             let message = format!("nothing was decided on `{robot}` until {}", style::time(at));
@@ -103,7 +103,7 @@ impl<'a> Moment<'a> {
                 format!("the recording ends at {} ({:.3} s), before {}", style::time(end), end.as_secs_f64(), style::time(at));
             return Err(Refusal::misused(message, "ask for an earlier time with `--at`"));
         }
-        let clients = clients(reader, robot);
+        let clients = clients(reader, registry, robot);
         let sample = |error: ReadError| Refusal::from(error);
         let (before, after) = events(reader, robot, at, &clients)?;
         Ok(Self {
