@@ -1,5 +1,6 @@
 //! What a base says of itself, in metres and radians.
 
+use nalgebra::{Rotation2, Vector2};
 use orienteer_runtime::{
     geometry::{Pose, Twist},
     time::Time,
@@ -22,8 +23,8 @@ const WAITING: usize = 16;
 pub struct Readings {
     units: Units,
     unwrapped: Unwrapped,
-    /// Heading of the base's own frame at the first packet, in its units.
-    origin: Option<i64>,
+    /// How far the base's own frame, in which it counts, is turned against ours, in its units; unknown until its next packet.
+    frame: Option<i64>,
     odometry: Option<Odometry>,
     scan: SonarScan,
     /// Range of a transducer that hears nothing, m.
@@ -38,7 +39,7 @@ impl Readings {
         Self {
             units,
             unwrapped: Unwrapped::default(),
-            origin: None,
+            frame: None,
             odometry: None,
             scan: SonarScan::unfired(transducers),
             max_range: max_range as f32,
@@ -48,20 +49,20 @@ impl Readings {
 
     /// Takes in a packet that came at `now`.
     pub fn follow(&mut self, now: Time, packet: &Information) {
+        let before = self.unwrapped;
         self.unwrapped.follow(packet);
-        let first = *self.origin.get_or_insert(packet.heading.into());
-        // The base counts in a frame of its own, in which it may begin at any heading.
-        let frame = Pose::new(0.0, 0.0, -(first as f64) * ANGLE);
+        // The base may begin at any heading.
+        let frame = *self.frame.get_or_insert(self.unwrapped.heading - i64::from(packet.heading));
+        let metres = |units: i64| units as f64 * self.units.distance;
+        let way = Vector2::new(metres(self.unwrapped.x - before.x), metres(self.unwrapped.y - before.y));
         let turned = self.unwrapped.heading as f64 * ANGLE;
-        let at = Pose::new(self.unwrapped.x as f64 * self.units.distance, self.unwrapped.y as f64 * self.units.distance, 0.0);
-        let pose = Pose { heading: Pose::new(0.0, 0.0, turned).heading, ..frame.then(at) };
-        let before = self.odometry.map_or(pose, |odometry| odometry.pose);
-        let travelled = self.odometry.map_or(0.0, |odometry| odometry.travelled) + before.distance(&pose);
+        let (from, travelled) = self.odometry.map_or_else(Default::default, |odometry| (odometry.pose, odometry.travelled));
+        let at = from.point() + Rotation2::new(frame as f64 * ANGLE) * way;
         self.odometry = Some(Odometry {
             stamp: now,
-            pose,
+            pose: Pose::new(at.x, at.y, turned),
             twist: self.twist(packet),
-            travelled,
+            travelled: travelled + way.norm(),
             turned,
             battery: volts(packet),
             flags: state_of(packet),
@@ -69,9 +70,10 @@ impl Readings {
         self.hear(now, packet);
     }
 
-    /// The base begins anew: its counters stand somewhere else.
+    /// The base begins anew: its counters stand somewhere else, and its frame is another.
     pub fn begin_anew(&mut self) {
         self.unwrapped.begin_anew();
+        self.frame = None;
     }
 
     /// The newest odometry; `None` before the first packet.
@@ -169,6 +171,24 @@ mod tests {
         let odometry = readings.odometry().unwrap();
         assert!((odometry.turned - FRAC_PI_2).abs() < 1e-9 && (odometry.pose.heading - FRAC_PI_2).abs() < 1e-9);
         assert!((odometry.twist.angular - 0.56).abs() < 1e-9, "{:?}", odometry.twist);
+    }
+
+    /// It counts from nothing again, and its x axis lies where it faces now.
+    #[test]
+    fn a_base_that_begins_anew_goes_on_from_where_it_was() {
+        let mut readings = readings("p3dx-sh");
+        let at_rest = Information { flags: flags::MOTORS, ..Information::default() };
+        for packet in [Information { x: 2000, ..at_rest.clone() }, Information { x: 3000, heading: 1024, ..at_rest.clone() }] {
+            readings.follow(at(1.0), &packet);
+        }
+        readings.begin_anew();
+        for packet in [at_rest.clone(), Information { x: 500, ..at_rest }] {
+            readings.follow(at(2.0), &packet);
+        }
+        let odometry = readings.odometry().unwrap();
+        let off = odometry.pose.distance(&Pose::new(1.0, 0.5, 0.0));
+        assert!(off < 1e-9 && (odometry.pose.heading - FRAC_PI_2).abs() < 1e-9, "{:?}", odometry.pose);
+        assert!((odometry.travelled - 1.5).abs() < 1e-9 && (odometry.turned - FRAC_PI_2).abs() < 1e-9);
     }
 
     #[test]
