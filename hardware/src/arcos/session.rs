@@ -68,8 +68,6 @@ pub struct Session {
     told: Option<(i32, i32)>,
     /// When the base was told anything.
     spoke: Option<Time>,
-    /// The base has greeted with a model that has no units.
-    unknown_model: bool,
     /// How often the base was greeted anew.
     attempts: u8,
 }
@@ -89,7 +87,6 @@ impl Session {
             renewed: None,
             told: None,
             spoke: None,
-            unknown_model: false,
             attempts: 0,
         }
     }
@@ -109,7 +106,11 @@ impl Session {
     /// True if the base has greeted with a model whose units nobody knows: it is left alone then.
     #[must_use]
     pub fn is_strange(&self) -> bool {
-        self.unknown_model
+        self.greeting.as_ref().is_some_and(|greeting| self.units_of(greeting).is_none())
+    }
+
+    fn units_of(&self, greeting: &Greeting) -> Option<Units> {
+        self.profile.units.or_else(|| Units::of(&greeting.model))
     }
 
     /// What came over the wire so far.
@@ -161,9 +162,8 @@ impl Session {
     }
 
     fn meet(&mut self, now: Time, greeting: Greeting) {
-        let units = self.profile.units.or_else(|| Units::of(&greeting.model));
+        let units = self.units_of(&greeting);
         self.greeting = Some(greeting);
-        self.unknown_model = units.is_none();
         let Some(units) = units else {
             // It is in a session now: closed before the next greeting.
             (self.state, self.since, self.attempts) = (State::Greeting(0), Some(now), 0);
@@ -173,7 +173,7 @@ impl Session {
             Some(readings) => readings.begin_anew(),
             None => self.readings = Some(Readings::new(units, self.profile.transducers, self.profile.max_range)),
         }
-        (self.state, self.since, self.told) = (State::Opening, None, None);
+        (self.state, self.since) = (State::Opening, None);
     }
 
     /// Appends all that is to be sent at `now`.
