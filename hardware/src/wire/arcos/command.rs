@@ -191,13 +191,10 @@ impl<'a> Command<'a> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{super::frame::Framer, *};
+    use super::*;
 
     fn back(bytes: &[u8]) -> Vec<Result<(Code, String), PacketError>> {
-        let mut heard = Vec::new();
-        let told = |command: Command<'_>| (command.code, format!("{:?}", command.argument));
-        Framer::default().push(bytes, |frame| heard.push(Command::parse(frame).map(told)));
-        heard
+        frame::each(bytes, |frame| Command::parse(frame).map(|command| (command.code, format!("{:?}", command.argument))))
     }
 
     fn argument() -> impl Strategy<Value = (Option<i32>, Option<Vec<u8>>)> {

@@ -153,6 +153,14 @@ fn judge(held: &[u8]) -> Beginning {
     if checksum(payload).to_be_bytes() == *sum { Beginning::Whole(whole) } else { Beginning::Broken }
 }
 
+/// What is made of each frame in some bytes, for the tests of what frames carry.
+#[cfg(test)]
+pub(super) fn each<T>(bytes: &[u8], mut make: impl FnMut(Frame<'_>) -> T) -> Vec<T> {
+    let mut made = Vec::new();
+    Framer::default().push(bytes, |frame| made.push(make(frame)));
+    made
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -49,13 +49,7 @@ impl Greeting {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::frame::Framer, *};
-
-    fn greeted(bytes: &[u8]) -> Vec<Result<Greeting, PacketError>> {
-        let mut heard = Vec::new();
-        Framer::default().push(bytes, |frame| heard.push(Greeting::parse(frame)));
-        heard
-    }
+    use super::*;
 
     #[test]
     fn names_come_back() {
@@ -64,13 +58,13 @@ mod tests {
         emit_sync(1, &mut bytes);
         greeting.emit(&mut bytes);
         let other = PacketError::OtherKind { found: 1, wanted: "the answer to SYNC2" };
-        assert_eq!(greeted(&bytes), [Err(other), Ok(greeting)]);
+        assert_eq!(frame::each(&bytes, Greeting::parse), [Err(other), Ok(greeting)]);
     }
 
     #[test]
     fn the_echo_of_a_loose_cable_is_no_greeting() {
         let mut bytes = Vec::new();
         emit_sync(2, &mut bytes);
-        assert_eq!(greeted(&bytes), [Err(PacketError::TooShort { field: "name" })]);
+        assert_eq!(frame::each(&bytes, Greeting::parse), [Err(PacketError::TooShort { field: "name" })]);
     }
 }

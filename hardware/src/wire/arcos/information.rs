@@ -218,13 +218,7 @@ impl More {
 mod tests {
     use proptest::{collection::vec, prelude::*};
 
-    use super::{super::frame::Framer, *};
-
-    fn heard(bytes: &[u8]) -> Vec<Result<Information, PacketError>> {
-        let mut heard = Vec::new();
-        Framer::default().push(bytes, |frame| heard.push(Information::parse(frame)));
-        heard
-    }
+    use super::*;
 
     /// A standing Pioneer 3 with two readings, field by field as the manual lists them.
     const STANDARD: [u8; 27] = [
@@ -307,7 +301,7 @@ mod tests {
         fn packets_come_back(packet in information()) {
             let mut bytes = Vec::new();
             packet.emit(&mut bytes);
-            prop_assert_eq!(heard(&bytes), [Ok(packet)]);
+            prop_assert_eq!(frame::each(&bytes, Information::parse), [Ok(packet)]);
         }
 
         #[test]

@@ -130,13 +130,7 @@ fn put(body: &mut Vec<u8>, numbers: &[u16]) {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{super::frame::Framer, *};
-
-    fn heard(bytes: &[u8]) -> Vec<Result<Settings, PacketError>> {
-        let mut heard = Vec::new();
-        Framer::default().push(bytes, |frame| heard.push(Settings::parse(frame)));
-        heard
-    }
+    use super::*;
 
     prop_compose! {
         fn settings()(names in proptest::array::uniform4("[A-Za-z0-9_-]{0,30}"), words: [u16; 9], bytes: [u8; 4], sonars: [bool; 2]) -> Settings {
@@ -171,7 +165,7 @@ mod tests {
         fn settings_come_back(settings in settings()) {
             let mut bytes = Vec::new();
             settings.emit(&mut bytes);
-            prop_assert_eq!(heard(&bytes), [Ok(settings)]);
+            prop_assert_eq!(frame::each(&bytes, Settings::parse), [Ok(settings)]);
         }
 
         #[test]
