@@ -4,7 +4,7 @@
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
-//! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets |
+//! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets; [`line`](mod@line): serial ports and network connections |
 //! | bases | [`base`]: kinematics, odometry, motions, protection |
 //! | sonars | [`rings`]: where transducers sit; [`echo`]: what they hear |
 //! | surroundings | [`world`]: walls, doors, people |
@@ -16,6 +16,7 @@ pub mod driver;
 pub mod drivers;
 pub mod echo;
 pub mod fault;
+pub mod line;
 pub mod log;
 pub mod nodes;
 pub mod rings;
