@@ -1,7 +1,7 @@
 //! The kinds that a mission may name.
 
 use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, WhereAmI};
-use orienteer_hardware::{base::presets, drivers::Drivers, rings};
+use orienteer_hardware::{base::presets, drivers::Drivers, rings, wire::arcos::units};
 use orienteer_runtime::{
     agent::Agent,
     agents::Agents,
@@ -92,6 +92,7 @@ impl Catalog for Registry {
     fn names(&self, sort: &str) -> Vec<String> {
         match sort {
             "platform" => presets::all().map(|preset| preset.name).collect(),
+            "arcos-model" => units::MODELS.iter().map(|units| units.model.to_owned()).collect(),
             "ring" => rings::all().map(|named| named.ring.name).collect(),
             _ => Vec::new(),
         }

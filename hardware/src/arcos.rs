@@ -1,10 +1,16 @@
-//! Pioneer, AmigoBot and other bases that speak [ARCOS](crate::wire::arcos): the client's side, without any I/O.
+//! Pioneer, AmigoBot and other bases that speak [ARCOS](crate::wire::arcos): the client's side.
 //!
-//! A [`Session`] gets the bytes that have come and gives those that are to be sent; whoever owns the port carries them. [`Readings`]
-//! makes of the base's packets what a robot reads: odometry and scans in metres and radians.
+//! A [`Session`] gets the bytes that have come and gives those that are to be sent, without any I/O. [`Readings`] makes of the base's
+//! packets what a robot reads: odometry and scans in metres and radians. A [`Client`] joins a session to a
+//! [line](mod@crate::line), and [`ArcosBase`] and [`ArcosSonar`] share one as drivers.
 
+mod client;
+mod drivers;
 mod readings;
 mod session;
 
+pub(crate) use client::SharedClient;
+pub use client::{BAUDS, Client};
+pub use drivers::{ArcosBase, ArcosSonar};
 pub use readings::Readings;
 pub use session::{Profile, Session, State};

@@ -50,6 +50,14 @@ pub enum DriverError {
         /// What was noticed.
         why: String,
     },
+    /// The device has not been there yet. It may come; go on polling.
+    #[error("{device} is not there yet: {why}")]
+    Waiting {
+        /// The device.
+        device: String,
+        /// What was noticed.
+        why: String,
+    },
     /// The device got the command and does not do it. It will not do it the next time either.
     #[error("refused: {what}")]
     Refused {
@@ -84,7 +92,7 @@ impl DriverError {
     /// True if polling again later makes sense.
     #[must_use]
     pub fn may_recover(&self) -> bool {
-        matches!(self, DriverError::LinkLost { .. } | DriverError::Garbled { .. })
+        matches!(self, DriverError::LinkLost { .. } | DriverError::Waiting { .. } | DriverError::Garbled { .. })
     }
 }
 

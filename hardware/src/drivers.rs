@@ -3,6 +3,7 @@
 //! A driver of your own implements [`BaseKind`] or [`SonarKind`] and is added to a set of [`Drivers`]; from then on a
 //! configuration can name it, `check` knows its keys, and `list` shows it.
 
+mod arcos;
 mod log;
 mod sim;
 
@@ -17,11 +18,14 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 
 use crate::{
-    base::{executor::ExecutorConfig, protection::ProtectionConfig},
+    base::{executor::ExecutorConfig, kinematics::BaseConfig, presets, protection::ProtectionConfig},
     driver::{BaseDriver, SonarDriver},
+    echo::SonarModel,
+    rings::{self, NamedRing, RingConfig},
     sim::Arena,
 };
 
+pub use arcos::{ArcosBaseConfig, ArcosSonarConfig};
 pub use log::{LogBaseConfig, LogSonarConfig};
 pub use sim::{SimBaseConfig, SimSonarConfig};
 
@@ -52,6 +56,24 @@ impl Site<'_> {
     #[must_use]
     pub fn start_problem(&self, message: impl Into<String>, hint: impl Into<String>) -> Problems {
         Problem::new(self.sources, self.start_span.as_ref().unwrap_or(&self.span), message, hint).into()
+    }
+
+    /// The base that a configuration describes, or names.
+    fn base(&self, platform: &str, custom: Option<BaseConfig>) -> Result<BaseConfig, Problems> {
+        custom.or_else(|| presets::by_name(platform)).ok_or_else(|| {
+            self.problem(format!("there is no platform `{platform}`"), "`orienteer list platforms` shows those that there are")
+        })
+    }
+
+    /// The ring that a configuration describes, or names.
+    fn ring(&self, name: &str, custom: Option<&RingConfig>) -> Result<NamedRing, Problems> {
+        if let Some(custom) = custom {
+            let ring = custom.ring("custom").map_err(|error| self.problem(error.to_string(), "correct the ring's table"))?;
+            return Ok(NamedRing { ring, model: SonarModel::default(), help: "a ring of one's own" });
+        }
+        rings::find(name).ok_or_else(|| {
+            self.problem(format!("there is no ring `{name}`"), "`orienteer list rings` shows those that there are")
+        })
     }
 
     /// A problem at the place where the configuration names the driver.
@@ -149,8 +171,8 @@ impl Drivers {
     #[must_use]
     pub fn standard() -> Self {
         let mut drivers = Self::default();
-        drivers.add_base::<sim::SimBaseKind>().add_base::<log::LogBaseKind>();
-        drivers.add_sonar::<sim::SimSonarKind>().add_sonar::<log::LogSonarKind>();
+        drivers.add_base::<sim::SimBaseKind>().add_base::<log::LogBaseKind>().add_base::<arcos::ArcosBaseKind>();
+        drivers.add_sonar::<sim::SimSonarKind>().add_sonar::<log::LogSonarKind>().add_sonar::<arcos::ArcosSonarKind>();
         drivers
     }
 

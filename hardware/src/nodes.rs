@@ -3,6 +3,7 @@
 mod base;
 mod guard;
 mod sonar;
+mod trouble;
 
 pub use base::BaseNode;
 pub use guard::{Guard, Guarded};

@@ -4,6 +4,8 @@ use std::time::Duration;
 
 use orienteer_runtime::{geometry::Twist, time::Time};
 
+use smallvec::SmallVec;
+
 use super::Readings;
 use crate::wire::arcos::{
     command::{Argument, Code, Command},
@@ -22,6 +24,9 @@ const HOLDS: Duration = Duration::from_millis(250);
 /// The base hears something at least this often. It stops by itself after two seconds of nothing.
 const ALIVE: Duration = Duration::from_millis(200);
 
+/// Orders of firing are no longer than this: twice round the largest ring.
+const LONGEST_ORDER: usize = 64;
+
 /// What a base is and how it is to be driven.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
@@ -31,7 +36,7 @@ pub struct Profile {
     pub acceleration: f64,
     /// Angular acceleration and deceleration, rad/s².
     pub angular_acceleration: f64,
-    /// Number of transducers.
+    /// Number of transducers; without any, none is switched on.
     pub transducers: usize,
     /// Range of a transducer that hears nothing, m.
     pub max_range: f64,
@@ -70,6 +75,10 @@ pub struct Session {
     spoke: Option<Time>,
     /// How often the base was greeted anew.
     attempts: u8,
+    /// The order in which transducers fire, counted from 1; the base's own if there is none.
+    firing: SmallVec<[u8; 32]>,
+    /// The base was not told of that order yet.
+    retell_firing: bool,
 }
 
 impl Session {
@@ -88,7 +97,38 @@ impl Session {
             told: None,
             spoke: None,
             attempts: 0,
+            firing: SmallVec::new(),
+            retell_firing: false,
         }
+    }
+
+    /// What the base is and how it is to be driven.
+    #[must_use]
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
+    /// The base has so many transducers that hear up to `max_range` m. To be said before anything is sent.
+    pub fn equip(&mut self, transducers: usize, max_range: f64) {
+        (self.profile.transducers, self.profile.max_range) = (transducers, max_range);
+    }
+
+    /// The transducers, counted from 0, fire in this order from now on.
+    pub fn fire(&mut self, order: impl IntoIterator<Item = u8>) {
+        self.firing = order.into_iter().map(|transducer| transducer.saturating_add(1)).take(LONGEST_ORDER).collect();
+        self.retell_firing = true;
+    }
+
+    /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
+    pub fn begin_anew(&mut self) {
+        self.framer.reset();
+        (self.state, self.since, self.attempts) = (State::Greeting(0), None, 0);
+    }
+
+    /// How often in a row the base was greeted and did not answer.
+    #[must_use]
+    pub fn unanswered(&self) -> u8 {
+        self.attempts
     }
 
     /// How it stands.
@@ -143,7 +183,7 @@ impl Session {
         match self.state {
             // Some bases answer a greeting only when it is its turn, so theirs says how far they are.
             State::Greeting(_) if matches!(frame.kind, 0 | 1) && frame.body.is_empty() => {
-                (self.state, self.since) = (State::Greeting(frame.kind + 1), None);
+                (self.state, self.since, self.attempts) = (State::Greeting(frame.kind + 1), None, 0);
             }
             State::Greeting(_) => {
                 if let Ok(greeting) = Greeting::parse(frame) {
@@ -201,12 +241,21 @@ impl Session {
         }
     }
 
+    /// Wants to stand, and appends what says so at once, in whatever state.
+    pub fn halt(&mut self, into: &mut Vec<u8>) {
+        (self.wanted, self.renewed) = (Twist::STOP, None);
+        if matches!(self.state, State::Opening | State::Open) {
+            self.told = None;
+            Command::new(Code::Stop, Argument::None).emit(into);
+        }
+    }
+
     /// Appends what ends the session.
     pub fn close(&mut self, into: &mut Vec<u8>) {
         for code in [Code::Stop, Code::Close] {
             Command::new(code, Argument::None).emit(into);
         }
-        (self.state, self.since, self.attempts) = (State::Greeting(0), None, 0);
+        self.begin_anew();
     }
 
     /// Begins with the greeting. The base may be in a session that somebody has left, or half through a greeting of which the
@@ -233,16 +282,20 @@ impl Session {
             (Code::AngularAcceleration, -angular),
             (Code::Velocity, 0),
             (Code::TurnRate, 0),
-            (Code::Sonar, 1),
+            (Code::Sonar, i32::from(self.profile.transducers > 0)),
             (Code::Enable, 1),
         ] {
             Command::new(code, Argument::Integer(number)).emit(into);
         }
         self.told = Some((0, 0));
+        self.retell_firing = !self.firing.is_empty();
     }
 
     /// Says the velocity when it changes, and every now and then that somebody is there.
     fn steer(&mut self, now: Time, into: &mut Vec<u8>) {
+        if std::mem::take(&mut self.retell_firing) {
+            Command::new(Code::Polling, Argument::Text(&self.firing)).emit(into);
+        }
         let holds = self.renewed.is_some_and(|renewed| now.since(renewed) < HOLDS);
         let twist = if holds && self.state == State::Open { self.wanted } else { Twist::STOP };
         let velocity = ((twist.linear * 1000.0).round() as i32, twist.angular.to_degrees().round() as i32);

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{BaseKind, OpenBase, Site, SonarKind};
 use crate::{
-    base::{executor::ExecutorConfig, kinematics::BaseConfig, odometry::OdometryConfig, presets, protection::ProtectionConfig},
+    base::{executor::ExecutorConfig, kinematics::BaseConfig, odometry::OdometryConfig, protection::ProtectionConfig},
     driver::SonarDriver,
     echo::SonarModel,
     fault::{BaseFaults, FaultInjector, SonarFaults},
-    rings::{self, RingConfig},
+    rings::{NamedRing, RingConfig},
     sim::{SimBase, SimBodyConfig, SimSonar},
 };
 
@@ -59,10 +59,7 @@ impl BaseKind for SimBaseKind {
         let Some(arena) = site.arena else {
             return Err(site.problem("a simulated base needs a world", "add `[world]` with `file = \"worlds/….toml\"`"));
         };
-        let Some(base) = config.custom.or_else(|| presets::by_name(&config.platform)) else {
-            let hint = "`orienteer list platforms` shows those that there are";
-            return Err(site.problem(format!("there is no platform `{}`", config.platform), hint));
-        };
+        let base = site.base(&config.platform, config.custom)?;
         let platform = base.platform();
         let start = site.start.unwrap_or_default();
         let body = arena
@@ -122,19 +119,8 @@ impl SonarKind for SimSonarKind {
         let Some((arena, body)) = body else {
             return Err(site.problem("a simulated sonar needs a simulated base", "set the base's `driver = \"sim\"` as well"));
         };
-        let (ring, model) = match &config.custom {
-            Some(custom) => {
-                let ring = custom.ring("custom").map_err(|error| site.problem(error.to_string(), "correct the ring's table"))?;
-                (ring, config.model.unwrap_or_default())
-            }
-            None => match rings::find(&config.ring) {
-                Some(named) => (named.ring, config.model.unwrap_or(named.model)),
-                None => {
-                    let hint = "`orienteer list rings` shows those that there are";
-                    return Err(site.problem(format!("there is no ring `{}`", config.ring), hint));
-                }
-            },
-        };
+        let NamedRing { ring, model, .. } = site.ring(&config.ring, config.custom.as_ref())?;
+        let model = config.model.unwrap_or(model);
         let sonar = SimSonar::new(arena, site.robot, body, ring, &model)
             .map_err(|error| site.problem(error.to_string(), "correct the ring or its model"))?;
         Ok(Box::new(FaultInjector::new(sonar, config.faults.into(), site.streams.stream(site.robot, "sonar faults"))))

@@ -15,7 +15,7 @@ use crate::{
         protection::{Demand, LinkState, Protection, ProtectionConfig, Reason},
     },
     driver::{BaseDriver, DriverError},
-    nodes::{Guard, IN_THE_FUTURE},
+    nodes::{Guard, IN_THE_FUTURE, trouble::Trouble},
 };
 
 /// A ring that has said nothing for so long after the start is silent.
@@ -41,8 +41,7 @@ pub struct BaseNode {
     sees: bool,
     /// When the base last failed to take a command.
     disobeyed: Option<Time>,
-    /// A failure has been told, its end not yet.
-    failing: bool,
+    trouble: Trouble,
     reason: Option<Reason>,
     /// A person knows of it.
     warned: bool,
@@ -76,7 +75,7 @@ impl BaseNode {
             heard: false,
             sees: false,
             disobeyed: None,
-            failing: false,
+            trouble: Trouble::new("base"),
             reason: None,
             warned: false,
             protected_steps: 0,
@@ -113,12 +112,11 @@ impl BaseNode {
             Err(DriverError::EndOfLog { .. }) => out.end_mission(),
             Err(error) => {
                 self.heard = false;
-                self.fail(&error, out);
+                self.trouble.happen(now, &error, out);
             }
         }
-        if self.failing && self.link(now) == LinkState::Up {
-            self.failing = false;
-            out.log(Level::WARN, "the base is back");
+        if self.trouble.is_on() && self.link(now) == LinkState::Up {
+            self.trouble.end(out);
         }
         if let Some(truth) = self.driver.truth() {
             out.publish(truth);
@@ -175,7 +173,7 @@ impl BaseNode {
             // It may still carry out the command before.
             self.driver.stop();
             self.disobeyed = Some(now);
-            self.fail(&error, out);
+            self.trouble.happen(now, &error, out);
         }
     }
 
@@ -208,14 +206,6 @@ impl BaseNode {
             _ => false,
         }
     }
-
-    /// Tells of a failure once.
-    fn fail(&mut self, error: &DriverError, out: &mut Outputs) {
-        if !self.failing {
-            self.failing = true;
-            out.log(Level::ERROR, format!("the base fails: {error}"));
-        }
-    }
 }
 
 impl Behaviour for BaseNode {
@@ -228,8 +218,8 @@ impl Behaviour for BaseNode {
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         self.driver.stop();
-        if self.failing {
-            last_words.failure("it had failed, and was not back at the end");
+        if let Some(failure) = self.trouble.last_words() {
+            last_words.failure(failure);
         }
         last_words.fact("driving_s", self.driving);
         last_words.fact("protected_s", self.protected_steps as f64 * self.period.as_secs_f64());

@@ -238,7 +238,9 @@ impl BaseDriver for Guarded {
             (false, Some(error), _) => Err(error),
             (false, None, Some(odometry)) if !state.deaf => Ok(odometry),
             (false, None, Some(_)) => Err(lost("it can't be read")),
-            (false, None, None) => Err(lost("nothing has come yet")),
+            (false, None, None) => {
+                Err(DriverError::Waiting { device: self.platform.name.clone(), why: "nothing has come yet".into() })
+            }
         }
     }
 

@@ -1,13 +1,13 @@
 //! The sonar as a node.
 
 use orienteer_runtime::{
-    agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
+    agent::{Behaviour, Finish, Inputs, Outputs, Wiring},
     robot_model::Ring,
     time::Time,
     topics::{FiringProgram, SonarDecision, SonarScan},
 };
 
-use super::IN_THE_FUTURE;
+use super::{IN_THE_FUTURE, trouble::Trouble};
 use crate::driver::{DriverError, SonarDriver};
 
 /// Stands in for the sonar of a robot that has none.
@@ -47,14 +47,20 @@ pub struct SonarNode {
     program: FiringProgram,
     scans: Vec<SonarScan>,
     count: u64,
-    failing: bool,
+    trouble: Trouble,
 }
 
 impl SonarNode {
     /// A node over this driver.
     #[must_use]
     pub fn new(driver: Box<dyn SonarDriver>) -> Self {
-        Self { driver, program: FiringProgram::default(), scans: Vec::with_capacity(16), count: 0, failing: false }
+        Self {
+            driver,
+            program: FiringProgram::default(),
+            scans: Vec::with_capacity(16),
+            count: 0,
+            trouble: Trouble::new("sonar"),
+        }
     }
 
     /// The topics that it reads and writes.
@@ -72,23 +78,16 @@ impl SonarNode {
         }
     }
 
-    /// Tells of a failure once, and once when it is over.
-    fn report(&mut self, result: Result<(), DriverError>, out: &mut Outputs) {
+    fn report(&mut self, now: Time, result: Result<(), DriverError>, out: &mut Outputs) {
         match result {
-            Ok(()) if self.failing => {
-                self.failing = false;
+            Ok(()) if self.trouble.is_on() => {
+                self.trouble.end(out);
                 // What the ring was told meanwhile, or what it knew before, may be lost.
                 self.program = FiringProgram::default();
-                out.log(Level::WARN, "the sonar is back");
             }
-            Ok(()) => {}
-            // The base ends the mission; it plays the same log.
-            Err(DriverError::EndOfLog { .. }) => {}
-            Err(error) if !self.failing => {
-                self.failing = true;
-                out.log(Level::ERROR, format!("the sonar fails: {error}"));
-            }
-            Err(_) => {}
+            // Of a log's end: the base ends the mission; it plays the same log.
+            Ok(()) | Err(DriverError::EndOfLog { .. }) => {}
+            Err(error) => self.trouble.happen(now, &error, out),
         }
     }
 }
@@ -108,12 +107,12 @@ impl Behaviour for SonarNode {
             out.publish(*scan);
         }
         self.count += self.scans.len() as u64;
-        self.report(result, out);
+        self.report(now, result, out);
     }
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
-        if self.failing {
-            last_words.failure("it had failed, and was not back at the end");
+        if let Some(failure) = self.trouble.last_words() {
+            last_words.failure(failure);
         }
         last_words.fact("scans", self.count as f64);
     }

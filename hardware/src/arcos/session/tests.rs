@@ -11,6 +11,7 @@ struct Base {
     opened: bool,
     motors: bool,
     velocity: (i32, i32),
+    firing: Vec<u8>,
     /// All commands since the last look.
     told: Vec<Code>,
     model: &'static str,
@@ -18,7 +19,16 @@ struct Base {
 
 impl Base {
     fn new(model: &'static str) -> Self {
-        Self { framer: Framer::default(), step: 0, opened: false, motors: false, velocity: (0, 0), told: Vec::new(), model }
+        Self {
+            framer: Framer::default(),
+            step: 0,
+            opened: false,
+            motors: false,
+            velocity: (0, 0),
+            firing: Vec::new(),
+            told: Vec::new(),
+            model,
+        }
     }
 
     /// Hears bytes and answers.
@@ -49,6 +59,7 @@ impl Base {
             (Code::Enable, Argument::Integer(on)) => self.motors = on == 1,
             (Code::Velocity, Argument::Integer(speed)) => self.velocity.0 = speed,
             (Code::TurnRate, Argument::Integer(rate)) => self.velocity.1 = rate,
+            (Code::Polling, Argument::Text(order)) => self.firing = order.to_vec(),
             _ => {}
         }
     }
@@ -212,6 +223,36 @@ fn noise_and_strange_packets_disturb_nobody() {
     }
     assert_eq!((line.session.state(), line.base.velocity), (State::Open, (250, -29)));
     assert!(line.session.counts().noise > 0);
+}
+
+#[test]
+fn an_order_of_firing_is_told_in_every_session() {
+    let mut line = Line::new("p3dx-sh");
+    line.session.fire([0, 15]);
+    for _ in 0..2 {
+        line.run(1.0);
+        assert_eq!(line.base.firing, [1, 16]);
+        line.base = Base::new("p3dx-sh");
+        line.session.begin_anew();
+    }
+}
+
+#[test]
+fn a_halt_is_said_at_once() {
+    let mut line = Line::new("p3dx-sh");
+    let mut early = Vec::new();
+    line.session.halt(&mut early);
+    assert!(early.is_empty(), "nobody is there yet");
+    line.drive(1.0, AHEAD);
+    let mut halt = Vec::new();
+    line.session.halt(&mut halt);
+    line.base.told.clear();
+    line.base.answer(&halt);
+    assert_eq!(line.base.told, [Code::Stop]);
+    line.beat();
+    assert_eq!(line.base.velocity, (0, 0));
+    line.drive(0.1, AHEAD);
+    assert_eq!(line.base.velocity, (250, -29), "what is wanted afterwards counts");
 }
 
 #[test]
