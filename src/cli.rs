@@ -1,6 +1,7 @@
 //! The command line: what each command takes, and what its exit code means.
 
 mod check;
+mod emulate;
 mod list;
 mod map;
 mod progress;
@@ -15,7 +16,7 @@ mod why;
 
 use std::{path::PathBuf, process::ExitCode};
 
-use crate::{Registry, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
+use crate::{Registry, emulate::Start, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
 
 use refusal::Refusal;
@@ -96,6 +97,8 @@ enum Command {
     Verify(VerifyArguments),
     /// Draw the map from a recording
     Map(MapArguments),
+    /// Emulate a real robot at a port, for drivers
+    Emulate(EmulateArguments),
     /// Repeat experiments and compare their figures with their goals
     Reproduce(ReproduceArguments),
 }
@@ -108,6 +111,7 @@ impl Command {
             Command::List(arguments) => arguments.json,
             Command::Why(arguments) => arguments.json,
             Command::Reproduce(arguments) => arguments.json,
+            Command::Emulate(arguments) => arguments.json.is_some(),
             Command::Schema(_) | Command::Verify(_) | Command::Map(_) => false,
         }
     }
@@ -212,6 +216,38 @@ pub(crate) struct MapArguments {
     pub out: PathBuf,
 }
 
+/// What `emulate` takes.
+#[derive(Debug, Args)]
+pub(crate) struct EmulateArguments {
+    /// The language that the robot speaks: arcos (Pioneer, AmigoBot)
+    #[arg(hide_possible_values = true, value_parser = ["arcos"])]
+    pub language: String,
+    /// The world's file; without it, the built-in office floor
+    #[arg(long, value_name = "FILE")]
+    pub world: Option<PathBuf>,
+    /// Where clients find it: tcp://HOST:PORT, pty, or pty:/PATH
+    #[arg(long, default_value = "tcp://127.0.0.1:8101")]
+    pub port: String,
+    /// p3dx or amigobot
+    #[arg(long, hide_possible_values = true, default_value = "p3dx", value_parser = ["p3dx", "amigobot"])]
+    pub robot: String,
+    /// The model that it says it is: p3dx-sh, p3dx, p2dx, amigo ...
+    #[arg(long)]
+    pub model: Option<String>,
+    /// A place of the world, or metres and degrees: 2.5,1.0,90
+    #[arg(long, value_name = "WHERE", value_parser = emulate::start, allow_hyphen_values = true)]
+    pub start: Option<Start>,
+    /// Seed of noise and people
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// End after this many seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    pub duration: Option<f64>,
+    /// Print how it stands as a line of JSON this often
+    #[arg(long, value_name = "SECONDS", value_parser = duration, num_args = 0..=1, default_missing_value = "1")]
+    pub json: Option<f64>,
+}
+
 /// What `reproduce` takes.
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArguments {
@@ -253,6 +289,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Command::Why(arguments) => why::why(&arguments, registry),
         Command::Verify(arguments) => verify::verify(&arguments, registry),
         Command::Map(arguments) => map::map(&arguments, registry),
+        Command::Emulate(arguments) => emulate::emulate(&arguments),
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
     };
     outcome.unwrap_or_else(|refusal| refusal.tell(json)).into()

@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod emulate;
 pub mod mission;
 mod registry;
 pub mod reproduce;

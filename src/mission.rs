@@ -34,6 +34,7 @@ pub use compose::{Composed, compose};
 pub use embedded::{EMBEDDED, embedded_files};
 pub use output::OutputError;
 pub use remarks::{Remark, several};
+pub(crate) use world::open_world;
 
 use crate::Registry;
 

@@ -5,6 +5,7 @@
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
 //! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets; [`line`](mod@line): serial ports and network connections |
+//! | other ends | [`emulator`]: simulated robots that speak those languages |
 //! | bases | [`base`]: kinematics, odometry, motions, protection |
 //! | sonars | [`rings`]: where transducers sit; [`echo`]: what they hear |
 //! | surroundings | [`world`]: walls, doors, people |
@@ -15,6 +16,7 @@ pub mod base;
 pub mod driver;
 pub mod drivers;
 pub mod echo;
+pub mod emulator;
 pub mod fault;
 pub mod line;
 pub mod log;

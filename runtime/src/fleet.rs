@@ -16,7 +16,7 @@ use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
 pub(crate) use pulse::{Died, Pulse};
-pub use signals::Signals;
+pub use signals::{Ear, Signals};
 
 use crate::{
     clock::Pace,

@@ -20,7 +20,7 @@ use orienteer_runtime::{
 ///
 /// # Errors
 /// Whatever is wrong with its file or a map that it names, at its place.
-pub(super) fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {
+pub(crate) fn open_world(config: &WorldConfig, sources: &mut Sources, streams: Streams) -> Result<Arc<Arena>, Problems> {
     let (section, plan, at): (_, WorldPlan, _) = match config.kind {
         WorldKind::File => {
             let section = Section::parse(sources, config.source)?;

@@ -85,6 +85,8 @@ pub struct Pinger {
     pass_start: Option<Time>,
     slot_time: Duration,
     scan: SonarScan,
+    /// A scan is complete with every slot, not only with the last of a pass.
+    every_slot: bool,
     /// Bodies farther than this from the robot's centre are not heard, m.
     reach: f64,
     /// The bodies near enough to be heard in this slot.
@@ -110,10 +112,18 @@ impl Pinger {
             pass_start: None,
             slot_time: Duration::from_secs_f64(ring.slot_time),
             scan: SonarScan::unfired(ring.transducers.len()),
+            every_slot: false,
             reach: ring.transducers.iter().map(|t| t.mount.x.hypot(t.mount.y)).fold(0.0, f64::max) + ring.max_range,
             near: Vec::with_capacity(16),
             ring,
         })
+    }
+
+    /// Hands a scan over with every slot, as rings do that tell what they have heard at once.
+    #[must_use]
+    pub fn telling_every_slot(mut self) -> Self {
+        self.every_slot = true;
+        self
     }
 
     /// The ring that is simulated.
@@ -145,7 +155,7 @@ impl Pinger {
         SCRATCH.with_borrow_mut(|scratch| {
             while let Some(now) = self.next_after(from).filter(|next| *next <= to) {
                 self.fire(now, pose_at(now), world, bodies, rng, scratch);
-                if self.slot == 0 {
+                if self.slot == 0 || self.every_slot {
                     out.push(self.scan);
                 }
             }
@@ -177,6 +187,8 @@ impl Pinger {
     fn fire(&mut self, now: Time, robot: Pose, world: &SegmentGrid, bodies: &[Disc], rng: &mut impl Rng, scratch: &mut Scratch) {
         if self.slot == 0 {
             self.pass_start = Some(now);
+        }
+        if self.slot == 0 || self.every_slot {
             self.scan.fired = 0;
         }
         self.scan.grow_older(now.secs_since(self.last) as f32);
@@ -192,7 +204,7 @@ impl Pinger {
         }
 
         self.slot = (self.slot + 1) % self.program.slots.len();
-        if self.slot == 0 {
+        if self.slot == 0 || self.every_slot {
             self.scan.stamp = now;
             self.scan.seq += 1;
         }

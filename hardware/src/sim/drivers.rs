@@ -90,6 +90,13 @@ impl SimSonar {
             until: Time::START,
         })
     }
+
+    /// Gives a scan with every slot, not only at the end of a pass.
+    #[must_use]
+    pub fn telling_every_slot(mut self) -> Self {
+        self.pinger = self.pinger.telling_every_slot();
+        self
+    }
 }
 
 impl SonarDriver for SimSonar {

@@ -46,17 +46,19 @@ impl Signals {
     }
 }
 
-/// Stops a fleet when somebody wants the program to end, for as long as this lives.
+/// Stops a fleet, or whoever else looks at its [`FleetControl`], when somebody wants the program to end, for as long as this lives.
 ///
 /// It listens on a thread of its own, because the fleet's may be in a behaviour that never returns. Who asks again then ends
 /// the program, and the recording stays as it is. (A base that is guarded has stopped long before.)
-pub(super) struct Ear {
+#[derive(Debug)]
+pub struct Ear {
     thread: Option<Runtime>,
 }
 
 impl Ear {
     /// What comes after this is heard.
-    pub(super) fn open(control: FleetControl) -> Self {
+    #[must_use]
+    pub fn open(control: FleetControl) -> Self {
         let thread = listen_on_a_thread(control);
         if let Err(error) = &thread {
             tracing::warn!("can't listen for signals, Ctrl-C will kill the mission instead of ending it: {error}");

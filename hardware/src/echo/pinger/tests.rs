@@ -108,6 +108,15 @@ fn a_new_program_waits_for_the_next_pass_and_leaves_the_rest_to_age() {
 }
 
 #[test]
+fn every_slot_can_be_a_scan_of_its_own() {
+    let mut pinger = Pinger::new(cross(), &silent(), Time::START).unwrap().telling_every_slot();
+    let scans = poll(&mut pinger, &[ms(0), ms(25), ms(50)], &room());
+    assert_eq!(stamps(&scans), [10, 20, 30, 40, 50]);
+    assert_eq!(scans.iter().map(|scan| (scan.seq, scan.fired)).collect::<Vec<_>>(), [(1, 1), (2, 2), (3, 4), (4, 8), (5, 1)]);
+    assert!((scans[2].age(0) - 0.02).abs() < 1e-6 && scans[2].echo(3) == Echo::NotFired);
+}
+
+#[test]
 fn what_is_not_polled_is_not_fired() {
     let mut pinger = Pinger::new(cross(), &silent(), Time::START).unwrap();
     poll(&mut pinger, &[ms(0), ms(20)], &room());

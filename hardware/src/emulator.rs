@@ -1,0 +1,47 @@
+//! Emulators: simulated robots that speak the language of real ones, for drivers and for other people's programs.
+//!
+//! An [`Emulator`] is the base's end of a protocol, without any I/O: it gets the bytes that a client has sent, says what its motors do,
+//! and answers with what they and the sonars have come to. A [`Rig`] puts it on a simulated body, and a [`Port`] lets a client in.
+//!
+//! ```text
+//! client ══ port ══▶ emulator ──demand──▶ body in its world
+//!        ◀═════════           ◀─odometry, scans──
+//! ```
+
+mod arcos;
+mod port;
+mod rig;
+
+use orienteer_runtime::{
+    geometry::Twist,
+    time::Time,
+    topics::{FiringProgram, Odometry, SonarScan},
+};
+
+pub use arcos::{ArcosEmulator, Make};
+pub use port::{Caller, Port, PortError};
+pub use rig::Rig;
+
+/// The base's end of a protocol.
+pub trait Emulator: Send {
+    /// Takes in bytes that a client has sent.
+    fn receive(&mut self, now: Time, bytes: &[u8]);
+
+    /// The client has gone, or another one has come.
+    fn hang_up(&mut self);
+
+    /// What the motors do from `now` on. Called a hundred times a second with where the base is.
+    fn drive(&mut self, now: Time, odometry: &Odometry) -> Twist;
+
+    /// In which order the sonars fire, if that has changed since the last call. A program without slots means the ring's own.
+    fn firing(&mut self) -> Option<FiringProgram>;
+
+    /// The sonars have heard something.
+    fn hear(&mut self, scan: &SonarScan);
+
+    /// Appends what the base sends.
+    fn transmit(&mut self, now: Time, odometry: &Odometry, into: &mut Vec<u8>);
+
+    /// How its session stands, for people.
+    fn status(&self) -> String;
+}

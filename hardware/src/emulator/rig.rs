@@ -1,0 +1,88 @@
+//! An emulator on a simulated body.
+
+use std::{sync::Arc, time::Duration};
+
+use orienteer_runtime::{
+    time::Time,
+    topics::{Odometry, SonarScan, Truth},
+};
+
+use super::Emulator;
+use crate::{
+    driver::{BaseDriver, SonarDriver},
+    sim::{Arena, SimBase, SimSonar},
+};
+
+/// Time between two looks at the wire and at the motors.
+const BEAT: Duration = Duration::from_millis(10);
+
+/// A simulated robot in its world, driven by an emulator.
+pub struct Rig<E> {
+    emulator: E,
+    arena: Arc<Arena>,
+    base: SimBase,
+    sonar: SimSonar,
+    now: Time,
+    odometry: Odometry,
+    scans: Vec<SonarScan>,
+}
+
+impl<E: Emulator> Rig<E> {
+    /// How long one [`beat`](Self::beat) takes.
+    pub const BEAT: Duration = BEAT;
+
+    /// Puts an emulator on a body in this arena.
+    #[must_use]
+    pub fn new(emulator: E, arena: Arc<Arena>, base: SimBase, sonar: SimSonar) -> Self {
+        let sonar = sonar.telling_every_slot();
+        Self { emulator, arena, base, sonar, now: Time::START, odometry: Odometry::default(), scans: Vec::with_capacity(16) }
+    }
+
+    /// Moves on by one beat: hears what the client has sent, drives, listens, and appends what is to be sent back.
+    pub fn beat(&mut self, received: &[u8], into: &mut Vec<u8>) {
+        self.now = self.now + BEAT;
+        self.emulator.receive(self.now, received);
+        // A simulated base always knows where it is, and obeys.
+        if let Ok(odometry) = self.base.poll(self.now) {
+            self.odometry = odometry;
+        }
+        let twist = self.emulator.drive(self.now, &self.odometry);
+        let _ = self.base.command(self.now, twist);
+        if let Some(mut program) = self.emulator.firing() {
+            if program.slots.is_empty() {
+                program = self.sonar.ring().program;
+            }
+            self.sonar.set_program(self.now, &program);
+        }
+        self.scans.clear();
+        let _ = self.sonar.poll(self.now, &mut self.scans);
+        for scan in &self.scans {
+            self.emulator.hear(scan);
+        }
+        self.emulator.transmit(self.now, &self.odometry, into);
+        self.arena.advance(BEAT);
+    }
+
+    /// The client has gone, or another one has come.
+    pub fn hang_up(&mut self) {
+        self.emulator.hang_up();
+    }
+
+    /// The time in the world, and in the protocol.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// Where the body truly is, and what it has run into.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        self.base.truth().unwrap_or_default()
+    }
+
+    /// The emulator.
+    #[must_use]
+    pub fn emulator(&self) -> &E {
+        &self.emulator
+    }
+}

@@ -1,0 +1,139 @@
+//! `orienteer emulate`: a simulated robot for drivers of real ones.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::{
+    emulate::{self, Beat, Options, Start},
+    hardware::emulator::{Caller, Emulator},
+    runtime::{
+        fleet::{Ear, FleetControl},
+        geometry::Pose,
+        time::Time,
+        topics::Truth,
+    },
+};
+
+use super::{EmulateArguments, Outcome, Refusal, style};
+
+/// Emulates a robot until somebody stops it.
+pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
+    let options = Options {
+        world: arguments.world.clone(),
+        robot: arguments.robot.clone(),
+        model: arguments.model.clone(),
+        start: arguments.start.clone().unwrap_or(Start::Anywhere),
+        seed: arguments.seed,
+    };
+    let mut rig = emulate::build(&options)?;
+    let mut port =
+        emulate::open_port(&arguments.port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
+    let mut teller = Teller { to: arguments.json, status: String::new(), collisions: 0, told: Time::START };
+    teller.say(&format!("{} at {}", options.robot, port.name()))?;
+    let (control, mut failed) = (FleetControl::default(), None);
+    let ear = Ear::open(control.clone());
+    let duration = arguments.duration.map(Duration::from_secs_f64);
+    emulate::live(&mut rig, &mut port, duration, &control, |beat| {
+        if let Err(refusal) = teller.tell(beat) {
+            failed = Some(refusal);
+            control.stop();
+        }
+    });
+    drop(ear);
+    if let Some(refusal) = failed {
+        return Err(refusal);
+    }
+    let truth = rig.truth();
+    teller.say(&format!("{:.0} s, {} collisions", rig.now().as_secs_f64(), truth.collisions))?;
+    Ok(if control.is_stopped() { Outcome::Interrupted } else { Outcome::Well })
+}
+
+/// Tells people what changes, and programs how it stands.
+struct Teller {
+    /// Programs: a line of JSON so often, s.
+    to: Option<f64>,
+    status: String,
+    collisions: u32,
+    told: Time,
+}
+
+/// How an emulated robot stands.
+#[derive(Serialize)]
+struct Line<'a> {
+    time_s: f64,
+    status: &'a str,
+    x: f64,
+    y: f64,
+    heading: f64,
+    speed: f64,
+    turn_rate: f64,
+    collisions: u32,
+    bumped: u32,
+}
+
+impl Teller {
+    fn tell(&mut self, beat: Beat<'_>) -> Result<(), Refusal> {
+        if let Some(every) = self.to {
+            if beat.now.secs_since(self.told) + 1e-9 >= every {
+                self.told = beat.now;
+                let Truth { pose, twist, collisions, bumped, .. } = *beat.truth;
+                let status = status(&beat);
+                let line = Line {
+                    time_s: beat.now.as_secs_f64(),
+                    status: &status,
+                    x: pose.x,
+                    y: pose.y,
+                    heading: pose.heading,
+                    speed: twist.linear,
+                    turn_rate: twist.angular,
+                    collisions,
+                    bumped,
+                };
+                let text = serde_json::to_string(&line).unwrap_or_default();
+                style::print(&format!("{text}\n"))?;
+            }
+            return Ok(());
+        }
+        let status = status(&beat);
+        if status != self.status {
+            self.say(&format!("{:7.1} s  {status}", beat.now.as_secs_f64()))?;
+            self.status = status;
+        }
+        if beat.truth.collisions > self.collisions {
+            self.collisions = beat.truth.collisions;
+            let Pose { x, y, .. } = beat.truth.pose;
+            self.say(&format!("{:7.1} s  it has run into something at ({x:.2}, {y:.2})", beat.now.as_secs_f64()))?;
+        }
+        Ok(())
+    }
+
+    fn say(&self, text: &str) -> Result<(), Refusal> {
+        if self.to.is_some() { Ok(()) } else { style::print(&format!("{text}\n")) }
+    }
+}
+
+fn status(beat: &Beat<'_>) -> String {
+    match beat.caller {
+        Caller::Nobody => "nobody is there".to_owned(),
+        Caller::New | Caller::Same => beat.emulator.status(),
+    }
+}
+
+/// Reads `PLACE` or `X,Y` or `X,Y,DEGREES`.
+///
+/// # Errors
+/// If it begins like numbers and is none.
+pub fn start(text: &str) -> Result<Start, String> {
+    if !text.contains(',') {
+        return Ok(Start::Place(text.to_owned()));
+    }
+    let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        _ if numbers.len() != text.split(',').count() || !numbers.iter().all(|number| number.abs() <= 1e6) => {}
+        [x, y] => return Ok(Start::Pose(Pose::new(x, y, 0.0))),
+        [x, y, degrees] => return Ok(Start::Pose(Pose::new(x, y, degrees.to_radians()))),
+        _ => {}
+    }
+    Err("a place of the world is needed, or metres and degrees as `2.5,1.0,90`".to_owned())
+}
