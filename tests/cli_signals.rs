@@ -46,6 +46,12 @@ fn listens(process: u32) -> bool {
     mask.unwrap() & (interrupt | terminate) == interrupt | terminate
 }
 
+/// Time that a process has worked, in ticks of the kernel.
+fn work(process: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    status.rsplit(") ").next().unwrap().split(' ').nth(11).unwrap().parse().unwrap()
+}
+
 /// The program, heeding all signals even if whoever runs the tests was told to ignore some.
 fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("env");
@@ -78,6 +84,29 @@ fn a_mission_that_waits_for_its_next_step_stops_all_the_same() {
     running.signal("-INT");
     assert_eq!(running.end().0, 130);
     assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
+}
+
+/// The mission is over, and its files go into a pipe that nobody reads: the program must not be deaf then.
+#[test]
+fn a_program_that_still_writes_its_files_can_be_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("out/ann");
+    fs::create_dir_all(&map).unwrap();
+    let draft = "map.part-";
+    let mut command = program(folder.path(), &["run", "--for", "2", "--no-record", "--out", "out"]);
+    let running = Running(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+    let pipe = map.join(format!("{draft}{}", running.0.id()));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Once it does nothing any more, it waits for somebody to read from the pipe.
+    let give_up = Instant::now() + Duration::from_secs(60);
+    let mut worked = u64::MAX;
+    while worked != work(running.0.id()) || worked == 0 {
+        worked = work(running.0.id());
+        assert!(Instant::now() < give_up, "it works on and on");
+        thread::sleep(Duration::from_millis(500));
+    }
+    running.signal("-TERM");
+    assert_eq!(running.end().0, 130);
 }
 
 /// Who uses `nohup` closes the terminal on purpose.

@@ -80,7 +80,7 @@ impl Teller {
                 let Truth { pose, twist, collisions, bumped, .. } = *beat.truth;
                 let status = status(&beat);
                 let line = Line {
-                    time_s: beat.now.as_secs_f64(),
+                    time_s: (beat.now.as_secs_f64() * 100.0).round() / 100.0,
                     status: &status,
                     x: pose.x,
                     y: pose.y,

@@ -12,7 +12,7 @@ use std::{
 
 use crate::{
     reproduce::{Effort, Row, SUITES, Suite},
-    runtime::fleet::Signals,
+    runtime::fleet::{Ear, FleetControl, Signals},
 };
 use serde::Serialize;
 
@@ -153,7 +153,8 @@ impl Interruption {
 
     fn watch(&self) {
         let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
-        // Missions leave handlers of these signals behind, so nobody else would end the program.
+        // Nobody else ends the program before this thread has told of it.
+        let _ear = Ear::open(FleetControl::default());
         let heard = runtime.block_on(async { io::Result::Ok(Signals::listen()?.asked_to_end().await) });
         let Ok(signal) = heard else { return };
         self.happened.store(true, Ordering::Relaxed);

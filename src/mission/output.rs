@@ -1,7 +1,9 @@
 //! The files that a run leaves.
 
 use std::{
+    collections::BTreeSet,
     fs, io,
+    os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
 };
 
@@ -44,45 +46,58 @@ pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails, so
             left.push((directory.join(&robot.name).join(&file.name), file));
         }
     }
+    let mut shelf = Shelf { sources, kept: outcome.files.iter().filter_map(|path| identity(path)).collect() };
     for (path, file) in left {
-        put(&path, &file.bytes, outcome, sources);
+        shelf.put(&path, &file.bytes, outcome);
     }
     if let Some(canvas) = trails.picture() {
         let mut png = io::Cursor::new(Vec::new());
         match canvas.image.write_to(&mut png, image::ImageFormat::Png) {
             Ok(()) => {
                 let path = directory.join(format!("{}.png", outcome.name));
-                put(&path, &png.into_inner(), outcome, sources);
+                shelf.put(&path, &png.into_inner(), outcome);
             }
             Err(error) => outcome.failures.push(format!("the picture can't be drawn: {error}")),
         }
     }
 }
 
-/// Writes a file so that at any moment there is either the old one or the whole new one.
-fn put(path: &Path, bytes: &[u8], outcome: &mut Outcome, sources: &Sources) {
-    if sources.holds(path) {
-        outcome.failures.push(format!("`{}` was not written: the mission was read from it", path.display()));
-        return;
-    }
-    if outcome.files.iter().any(|file| is_same(file, path)) {
-        outcome.failures.push(format!("`{}` was left twice; the first is kept", path.display()));
-        return;
-    }
-    let draft = path.with_extension(format!("part-{}", std::process::id()));
-    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    let written = made.and_then(|()| fs::write(&draft, bytes)).and_then(|()| fs::rename(&draft, path));
-    match written {
-        Ok(()) => outcome.files.push(path.to_owned()),
-        Err(error) => {
-            // The first error is the one to tell of.
-            let _ = fs::remove_file(&draft);
-            outcome.failures.push(format!("`{}` can't be written: {error}", path.display()));
+/// Where files go, none of them over another.
+struct Shelf<'a> {
+    sources: &'a Sources,
+    /// What is there already, whatever it is called.
+    kept: BTreeSet<(u64, u64)>,
+}
+
+impl Shelf<'_> {
+    /// Writes a file so that at any moment there is either the old one or the whole new one.
+    fn put(&mut self, path: &Path, bytes: &[u8], outcome: &mut Outcome) {
+        if self.sources.holds(path) {
+            outcome.failures.push(format!("`{}` was not written: the mission was read from it", path.display()));
+            return;
+        }
+        if identity(path).is_some_and(|file| self.kept.contains(&file)) {
+            outcome.failures.push(format!("`{}` was left twice; the first is kept", path.display()));
+            return;
+        }
+        let draft = path.with_extension(format!("part-{}", std::process::id()));
+        let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+        let written = made.and_then(|()| fs::write(&draft, bytes)).and_then(|()| fs::rename(&draft, path));
+        match written {
+            Ok(()) => {
+                self.kept.extend(identity(path));
+                outcome.files.push(path.to_owned());
+            }
+            Err(error) => {
+                // The first error is the one to tell of.
+                let _ = fs::remove_file(&draft);
+                outcome.failures.push(format!("`{}` can't be written: {error}", path.display()));
+            }
         }
     }
 }
 
-/// True if both lead to one file, whatever they are called.
-fn is_same(one: &Path, other: &Path) -> bool {
-    one == other || matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+/// The file that a path leads to, if there is one: its device and its number there.
+fn identity(path: &Path) -> Option<(u64, u64)> {
+    fs::metadata(path).ok().map(|file| (file.dev(), file.ino()))
 }

@@ -46,6 +46,11 @@ impl FleetControl {
         self.state.stop.load(Ordering::Relaxed)
     }
 
+    /// True if both control the same fleet.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.state, &other.state)
+    }
+
     /// True if the next step has to wait. Uses up one allowed step otherwise.
     pub(super) fn holds(&self) -> bool {
         let take = |steps: u64| steps.checked_sub(1);

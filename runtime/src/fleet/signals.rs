@@ -1,6 +1,13 @@
 //! How the system asks a program to end.
 
-use std::{fs, future::poll_fn, io, process, task::Poll, time::Duration};
+use std::{
+    fs,
+    future::poll_fn,
+    io, process,
+    sync::{Mutex, MutexGuard, OnceLock, PoisonError},
+    task::Poll,
+    time::Duration,
+};
 
 use tokio::{
     runtime::{Builder, Runtime},
@@ -48,54 +55,80 @@ impl Signals {
 
 /// Stops a fleet, or whoever else looks at its [`FleetControl`], when somebody wants the program to end, for as long as this lives.
 ///
-/// It listens on a thread of its own, because the fleet's may be in a behaviour that never returns. Who asks again then ends
-/// the program, and the recording stays as it is. (A base that is guarded has stopped long before.)
+/// The process listens on a thread of its own, because the fleet's may be in a behaviour that never returns. Who asks again then ends
+/// the program, and the recording stays as it is. (A base that is guarded has stopped long before.) When no ear is left, a signal
+/// ends the program at once, as it would have done before the first.
 #[derive(Debug)]
 pub struct Ear {
-    thread: Option<Runtime>,
+    control: FleetControl,
 }
+
+/// All that is to be stopped when somebody wants the program to end.
+static CONTROLS: Mutex<Vec<FleetControl>> = Mutex::new(Vec::new());
 
 impl Ear {
     /// What comes after this is heard.
     #[must_use]
     pub fn open(control: FleetControl) -> Self {
-        let thread = listen_on_a_thread(control);
-        if let Err(error) = &thread {
-            tracing::warn!("can't listen for signals, Ctrl-C will kill the mission instead of ending it: {error}");
-        }
-        Self { thread: thread.ok() }
+        // For as long as the process lives: the system is told once that its signals are taken care of.
+        static THREAD: OnceLock<Option<Runtime>> = OnceLock::new();
+        controls().push(control.clone());
+        THREAD.get_or_init(|| {
+            let thread = listen_on_a_thread();
+            if let Err(error) = &thread {
+                tracing::warn!("can't listen for signals, Ctrl-C will kill the mission instead of ending it: {error}");
+            }
+            thread.ok()
+        });
+        Self { control }
     }
 }
 
 impl Drop for Ear {
     fn drop(&mut self) {
-        if let Some(thread) = self.thread.take() {
-            thread.shutdown_background();
+        let mut controls = controls();
+        if let Some(place) = controls.iter().position(|control| control.is(&self.control)) {
+            controls.swap_remove(place);
         }
     }
 }
 
-fn listen_on_a_thread(control: FleetControl) -> io::Result<Runtime> {
+fn controls() -> MutexGuard<'static, Vec<FleetControl>> {
+    CONTROLS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn listen_on_a_thread() -> io::Result<Runtime> {
     let thread = Builder::new_multi_thread().worker_threads(1).thread_name("signals").enable_all().build()?;
     let signals = {
         let _inside = thread.enter();
         Signals::listen()?
     };
-    drop(thread.spawn(stop_when_asked(signals, control)));
+    drop(thread.spawn(stop_when_asked(signals)));
     Ok(thread)
 }
 
-async fn stop_when_asked(mut signals: Signals, control: FleetControl) {
-    let signal = signals.asked_to_end().await;
-    tracing::info!("{signal}: the mission ends");
-    control.stop();
-    sleep(ONE_WISH).await;
-    tracing::warn!("the mission is still ending, maybe a behaviour does not return; Ctrl-C once more ends the program at once");
-    // Heard anew: what came in the meantime belongs to the first wish.
-    let Ok(mut signals) = Signals::listen() else { return };
-    let signal = signals.asked_to_end().await;
-    tracing::error!("{signal} again: the program ends at once, and the recording is not closed");
-    process::exit(INTERRUPTED);
+async fn stop_when_asked(mut signals: Signals) {
+    loop {
+        let signal = signals.asked_to_end().await;
+        let stopped = controls().clone();
+        if stopped.is_empty() {
+            process::exit(INTERRUPTED);
+        }
+        tracing::info!("{signal}: the mission ends");
+        stopped.iter().for_each(FleetControl::stop);
+        sleep(ONE_WISH).await;
+        // Heard anew: what came in the meantime belongs to the first wish.
+        let Ok(anew) = Signals::listen() else { return };
+        signals = anew;
+        if controls().iter().any(|control| stopped.iter().any(|other| control.is(other))) {
+            tracing::warn!(
+                "the mission is still ending, maybe a behaviour does not return; Ctrl-C once more ends the program at once"
+            );
+            let signal = signals.asked_to_end().await;
+            tracing::error!("{signal} again: the program ends at once, and the recording is not closed");
+            process::exit(INTERRUPTED);
+        }
+    }
 }
 
 /// True if the program was started with this signal ignored, as far as Linux tells.
