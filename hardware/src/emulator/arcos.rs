@@ -228,7 +228,8 @@ impl Emulator for ArcosEmulator {
 /// An order of firing in which transducers, counted from 1, fire one after the other, each array by itself: those of the first eight, and
 /// those behind them.
 fn program(order: &[u8]) -> FiringProgram {
-    let of = |array: u8| order.iter().filter_map(move |number| (number.checked_sub(1)? / 8 == array).then(|| 1 << (number - 1)));
+    let transducers = || order.iter().filter_map(|number| number.checked_sub(1));
+    let of = |array: u8| transducers().filter(move |transducer| transducer / 8 == array).map(|transducer| 1 << transducer);
     let arrays: Vec<Vec<u32>> = (0..4).map(|array| of(array).collect()).collect();
     let longest = arrays.iter().map(Vec::len).max().unwrap_or(0).min(MAX_SLOTS);
     let mut slots = FixedVec::filled(0, longest);

@@ -163,7 +163,8 @@ impl Drop for Port {
 fn accept(listener: &TcpListener, client: &mut Option<TcpStream>, quiet: bool) -> bool {
     let mut new = false;
     while let Ok((stream, _)) = listener.accept() {
-        if client.is_some() && !(quiet && !new) {
+        let taken = client.is_some() && (new || !quiet);
+        if taken {
             continue; // Which shuts the newcomer's connection.
         }
         if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_ok() {
