@@ -24,7 +24,7 @@ use orienteer_hardware::sim::Arena;
 use orienteer_runtime::{
     clock::Pace,
     config::{Mission, Problems, SourceId, Sources, mission::ClockKind},
-    fleet::{self, Ended, FleetControl, FleetError, Observer},
+    fleet::{self, Ear, Ended, FleetControl, FleetError, Observer},
     recording::{self, ChunkLimits, RecordError, Recorder, RecordingSummary, Sink},
     robot::RobotReport,
     time::Time,
@@ -200,6 +200,8 @@ pub enum RunError {
 /// # Errors
 /// If it can't be begun; then nothing has moved. What goes wrong later is in the [`Outcome`].
 pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<Outcome, RunError> {
+    // Who stops the program while links are being made leaves none behind.
+    let ear = Ear::open(options.control.clone());
     let pace = options.pace.unwrap_or(pace(&loaded.mission.settings));
     // Whether bases are guarded, and which drivers are refused, depends on how time passes in truth.
     loaded.mission.settings.clock = if pace == Pace::Wall { ClockKind::Wall } else { ClockKind::Lockstep };
@@ -232,6 +234,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         observer: watch(arena.clone(), trails.clone(), options.observer),
     };
     let report = fleet::run(plan)?;
+    drop(ear);
 
     let mut outcome = Outcome {
         name: settings.name,

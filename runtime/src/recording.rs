@@ -83,6 +83,7 @@ pub use messages::{LogLine, Messages};
 pub use mission::{LAYOUT, Mission, RobotInfo, Source};
 pub use reader::{Ending, ReadError, Reader};
 pub use recorder::Recorder;
+pub(crate) use recorder::complete_all;
 pub use track::Track;
 
 /// Hex digits of a SHA-256 sum.

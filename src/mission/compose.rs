@@ -1,6 +1,8 @@
 //! From a mission that was read to a fleet that is ready to run.
 
 use std::{
+    any::Any,
+    panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -23,7 +25,7 @@ use orienteer_runtime::{
     },
     fleet::{Environment, Still},
     geometry::Pose,
-    host::{Factory, NodePlan},
+    host::{Factory, NodePlan, panic_text},
     link::{Bus, BusOptions},
     random::Streams,
     recording::{RobotInfo, Source, Track},
@@ -275,7 +277,7 @@ impl RobotBuilder<'_> {
         let factory = kind.prepare(&agent.section, sources)?;
         let context = self.of_node(context, client.0);
         // Build it once for the sake of its errors, which can be told here with their place.
-        if let Err(error) = factory(&context) {
+        if let Err(error) = rehearse(&factory, &context) {
             let message = format!("`{}` can't be built: {error}", agent.name);
             return Err(
                 Problem::new(sources, &agent.span, message, "correct its parameters, or give the robot what it needs").into()
@@ -309,6 +311,12 @@ impl RobotBuilder<'_> {
             }),
         })
     }
+}
+
+/// Builds a behaviour and drops it again.
+fn rehearse(factory: &Factory, context: &RobotContext) -> Result<(), BuildError> {
+    let panicked = |panic: Box<dyn Any + Send>| BuildError::for_good(format!("it panicked: {}", panic_text(panic.as_ref())));
+    catch_unwind(AssertUnwindSafe(|| factory(context).map(drop))).map_err(panicked)?
 }
 
 fn needs_wall_clock(site: &Site<'_>, driver: &str) -> Problems {

@@ -16,6 +16,7 @@ use tokio::{
 };
 
 use super::FleetControl;
+use crate::recording;
 
 /// Signals that follow one another faster than this are one wish to end: `timeout` and terminals that close send theirs twice.
 const ONE_WISH: Duration = Duration::from_secs(1);
@@ -56,7 +57,7 @@ impl Signals {
 /// Stops a fleet, or whoever else looks at its [`FleetControl`], when somebody wants the program to end, for as long as this lives.
 ///
 /// The process listens on a thread of its own, because the fleet's may be in a behaviour that never returns. Who asks again then ends
-/// the program, and the recording stays as it is. (A base that is guarded has stopped long before.) When no ear is left, a signal
+/// the program, with a recording that goes as far as the mission did. (A base that is guarded has stopped long before.) When no ear is left, a signal
 /// ends the program at once, as it would have done before the first.
 #[derive(Debug)]
 pub struct Ear {
@@ -125,7 +126,9 @@ async fn stop_when_asked(mut signals: Signals) {
                 "the mission is still ending, maybe a behaviour does not return; Ctrl-C once more ends the program at once"
             );
             let signal = signals.asked_to_end().await;
-            tracing::error!("{signal} again: the program ends at once, and the recording is not closed");
+            tracing::error!("{signal} again: the program ends at once");
+            // A behaviour that hangs has recorded nothing since, but what led to it is there.
+            recording::complete_all(ONE_WISH);
             process::exit(INTERRUPTED);
         }
     }

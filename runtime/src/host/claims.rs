@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::{
-    agent::{Outputs, RobotContext},
+    agent::{Level, Outputs, RobotContext},
     arbitration,
     link::{LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
@@ -23,6 +23,8 @@ pub(super) struct ClaimPorts {
     /// True if the last claims said anything; silence need not be repeated.
     spoke: bool,
     spoke_of_sonar: bool,
+    /// The last step asked for something that is no number.
+    nonsense: bool,
 }
 
 impl ClaimPorts {
@@ -38,6 +40,7 @@ impl ClaimPorts {
             heard: Vec::with_capacity(16),
             spoke: false,
             spoke_of_sonar: false,
+            nonsense: false,
         })
     }
 
@@ -58,6 +61,11 @@ impl ClaimPorts {
 
     /// Publishes what the node claims now.
     pub(super) fn speak(&mut self, now: Time, outputs: &mut Outputs) -> Result<(), LinkError> {
+        let nonsense = outputs.base.take_nonsense();
+        if nonsense && !self.nonsense {
+            outputs.log(Level::WARN, "asks for a motion or a limit that is no number (NaN or infinite): the base stands instead");
+        }
+        self.nonsense = nonsense;
         let claim = outputs.base.claim(now, self.lease);
         let wants = claim.transaction != 0 || claim.limits != crate::geometry::Limits::NONE;
         if wants || self.spoke {

@@ -3,8 +3,8 @@
 use std::{
     mem,
     sync::{
-        Arc, OnceLock,
-        mpsc::{Receiver, SyncSender, sync_channel},
+        Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak,
+        mpsc::{self, Receiver, SyncSender, sync_channel},
     },
     thread::{self, JoinHandle},
     time::Duration,
@@ -29,6 +29,13 @@ const FRAME: usize = 8;
 /// completes its file in silence.
 #[derive(Debug)]
 pub struct Recorder {
+    desk: Arc<Mutex<Desk>>,
+    failure: Arc<OnceLock<String>>,
+}
+
+/// What waits to be written, and who writes it. Nobody else asks for it before the program is ended the hard way.
+#[derive(Debug)]
+struct Desk {
     pending: Vec<u8>,
     /// Time of the first entries in `pending`.
     since: Option<Time>,
@@ -43,6 +50,9 @@ struct Writer {
     spare: Receiver<Vec<u8>>,
     thread: JoinHandle<Result<RecordingSummary, RecordError>>,
 }
+
+/// The recordings of this process that are being written.
+static OPEN: Mutex<Vec<Weak<Mutex<Desk>>>> = Mutex::new(Vec::new());
 
 impl Recorder {
     /// Creates a recording of a mission and starts the thread that writes it.
@@ -65,7 +75,12 @@ impl Recorder {
             .spawn(move || write(file, &incoming, &used, &told))
             .map_err(RecordError::Thread)?;
         let pending = Vec::with_capacity(BATCH + BATCH / 2);
-        Ok(Self { pending, since: None, writer: Some(Writer { batches, spare, thread }), failure, place })
+        let writer = Some(Writer { batches, spare, thread });
+        let desk = Arc::new(Mutex::new(Desk { pending, since: None, writer, failure: failure.clone(), place }));
+        let mut open = lock(&OPEN);
+        open.retain(|desk| desk.strong_count() > 0);
+        open.push(Arc::downgrade(&desk));
+        Ok(Self { desk, failure })
     }
 
     /// Takes a robot's entries over and empties them. Call it once a step for each robot, in the robots' order: the
@@ -75,13 +90,7 @@ impl Recorder {
     pub fn append(&mut self, entries: &mut Entries) {
         let bytes = entries.bytes();
         if !bytes.is_empty() && self.failure.get().is_none() {
-            self.pending.extend_from_slice(&(entries.robot() as u32).to_le_bytes());
-            self.pending.extend_from_slice(&(bytes.len() as u32).to_le_bytes());
-            self.pending.extend_from_slice(bytes);
-            let since = *self.since.get_or_insert(entries.time);
-            if self.pending.len() >= BATCH || entries.time.since(since) >= PATIENCE {
-                self.send();
-            }
+            lock(&self.desk).append(entries.robot(), entries.time, bytes);
         }
         entries.clear();
     }
@@ -96,8 +105,29 @@ impl Recorder {
     ///
     /// # Errors
     /// The recording has failed, now or at any time before.
-    pub fn finish(mut self) -> Result<RecordingSummary, RecordError> {
-        self.end()
+    pub fn finish(self) -> Result<RecordingSummary, RecordError> {
+        lock(&self.desk).end()
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let mut desk = lock(&self.desk);
+        if desk.writer.is_some() {
+            let _ = desk.end();
+        }
+    }
+}
+
+impl Desk {
+    fn append(&mut self, robot: usize, time: Time, bytes: &[u8]) {
+        self.pending.extend_from_slice(&(robot as u32).to_le_bytes());
+        self.pending.extend_from_slice(&(bytes.len() as u32).to_le_bytes());
+        self.pending.extend_from_slice(bytes);
+        let since = *self.since.get_or_insert(time);
+        if self.pending.len() >= BATCH || time.since(since) >= PATIENCE {
+            self.send();
+        }
     }
 
     fn send(&mut self) {
@@ -123,12 +153,25 @@ impl Recorder {
     }
 }
 
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        if self.writer.is_some() {
-            let _ = self.end();
+/// Completes all recordings of this process with what they have got, for a program that is about to end with its missions hanging.
+/// Gives up on one whose disk does not answer for so long.
+pub(crate) fn complete_all(patience: Duration) {
+    let desks: Vec<_> = lock(&OPEN).iter().filter_map(Weak::upgrade).collect();
+    let (done, wait) = mpsc::channel();
+    let all = move || {
+        for desk in desks {
+            let _ = lock(&desk).end();
         }
+        let _ = done.send(());
+    };
+    if thread::Builder::new().name("completes recordings".to_owned()).spawn(all).is_ok() {
+        let _ = wait.recv_timeout(patience);
     }
+}
+
+/// Whoever panicked while it held this has left it usable: bytes are appended one whole entry after the other, or not at all.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The writing thread: goes on taking batches after a failure, so that nobody waits for it.

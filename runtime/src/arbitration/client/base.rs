@@ -93,6 +93,8 @@ pub struct BaseHandle {
     latest_motion: (u32, MotionState),
     /// Stamp of the newest answer that the state rests on.
     heard: Time,
+    /// Something was asked for since the last claim that is no number.
+    nonsense: bool,
 }
 
 impl BaseHandle {
@@ -112,11 +114,13 @@ impl BaseHandle {
             overrider_motion: Motion::STOP,
             latest_motion: (0, MotionState::Idle),
             heard: Time::START,
+            nonsense: false,
         }
     }
 
-    /// Keeps a velocity for this step. Call it in every step.
+    /// Keeps a velocity for this step. Call it in every step. One that is not finite makes the base stand, and a person is told.
     pub fn drive(&mut self, twist: Twist) {
+        self.nonsense |= !twist.is_finite();
         self.order(Order::Drive { twist, fresh: true });
     }
 
@@ -144,6 +148,7 @@ impl BaseHandle {
 
     /// Caps whoever has the base, this client included, in this step. Of several calls in a step the tighter bounds count.
     pub fn limit(&mut self, limits: Limits) {
+        self.nonsense |= limits.linear.is_nan() || limits.angular.is_nan();
         self.limits = self.limits.and(limits);
     }
 
@@ -235,6 +240,11 @@ impl BaseHandle {
         claim
     }
 
+    /// True if something was asked for since the last call that is no number; it was taken for a stop.
+    pub(crate) fn take_nonsense(&mut self) -> bool {
+        std::mem::take(&mut self.nonsense)
+    }
+
     fn relative(&mut self, motion: impl Fn(u32) -> Motion) -> MotionId {
         // Ids of different clients differ in the upper half, so that neither the base nor a client takes one for another's.
         let count = (self.latest_motion.0 as u16).wrapping_add(1).max(1);
@@ -242,6 +252,7 @@ impl BaseHandle {
         let motion = motion(id);
         if motion.kind() == MotionKind::Stop {
             // Not finite. The base would never report on it.
+            self.nonsense = true;
             self.stop();
             self.latest_motion = (id, MotionState::Blocked);
         } else {
