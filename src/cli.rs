@@ -2,6 +2,7 @@
 
 mod check;
 mod emulate;
+mod hardware;
 mod list;
 mod map;
 mod progress;
@@ -85,6 +86,8 @@ impl From<Outcome> for ExitCode {
 enum Command {
     /// Run a mission; without CONFIG, two robots on an office floor
     Run(RunArguments),
+    /// Run nothing but one robot's base and sonar, for a mission in another process
+    Hardware(HardwareArguments),
     /// Check a configuration without running it
     Check(CheckArguments),
     /// Print the JSON schema of missions or worlds, for editors
@@ -112,7 +115,7 @@ impl Command {
             Command::Why(arguments) => arguments.json,
             Command::Reproduce(arguments) => arguments.json,
             Command::Emulate(arguments) => arguments.json.is_some(),
-            Command::Schema(_) | Command::Verify(_) | Command::Map(_) => false,
+            Command::Hardware(_) | Command::Schema(_) | Command::Verify(_) | Command::Map(_) => false,
         }
     }
 }
@@ -146,6 +149,19 @@ pub(crate) struct RunArguments {
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// What `hardware` takes.
+#[derive(Debug, Args)]
+pub(crate) struct HardwareArguments {
+    /// The mission, the same that `run` gets
+    pub config: PathBuf,
+    /// The robot; needed if the mission has several
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// End after this many seconds
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    pub duration: Option<f64>,
 }
 
 /// What `check` takes.
@@ -283,6 +299,7 @@ pub fn main(registry: &Registry) -> ExitCode {
     let json = command.answers_in_json();
     let outcome = match command {
         Command::Run(arguments) => run::run(&arguments, registry),
+        Command::Hardware(arguments) => hardware::hardware(&arguments, registry),
         Command::Check(arguments) => check::check(&arguments, registry),
         Command::Schema(arguments) => check::schema(&arguments, registry),
         Command::List(arguments) => list::list(&arguments, registry),

@@ -5,6 +5,7 @@
 //! file, line and column, before anything moves.
 
 mod compose;
+mod elsewhere;
 mod embedded;
 mod output;
 mod paths;
@@ -30,7 +31,7 @@ use orienteer_runtime::{
     time::Time,
 };
 
-pub use compose::{Composed, compose};
+pub use compose::{Composed, compose, compose_hardware};
 pub use embedded::{EMBEDDED, embedded_files};
 pub use output::OutputError;
 pub use remarks::{Remark, several};
@@ -94,6 +95,8 @@ pub struct RunOptions {
     pub duration: Option<Duration>,
     /// The seed.
     pub seed: Option<u64>,
+    /// Run nothing but the hardware of this robot, until somebody stops it unless there is a duration.
+    pub hardware_of: Option<String>,
     /// Number of threads.
     pub threads: Option<usize>,
     /// Where the recording goes.
@@ -206,7 +209,10 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
     // Whether bases are guarded, and which drivers are refused, depends on how time passes in truth.
     loaded.mission.settings.clock = if pace == Pace::Wall { ClockKind::Wall } else { ClockKind::Lockstep };
     let seed = options.seed.unwrap_or(loaded.mission.settings.seed);
-    let composed = compose(loaded, registry, seed)?;
+    let composed = match &options.hardware_of {
+        Some(robot) => compose_hardware(loaded, registry, seed, robot)?,
+        None => compose(loaded, registry, seed)?,
+    };
     for remark in &composed.remarks {
         tracing::warn!("{remark}");
     }
@@ -214,8 +220,9 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         output::prepare(out)?;
     }
     let settings = composed.settings.clone();
-    let duration = options.duration.unwrap_or(Duration::from_secs_f64(settings.duration));
-    let recorder = start_recording(&composed, &options, seed, duration)?;
+    let planned = Duration::from_secs_f64(settings.duration);
+    let duration = options.duration.or_else(|| options.hardware_of.is_none().then_some(planned));
+    let recorder = start_recording(&composed, &options, seed, duration.unwrap_or(planned))?;
     let threads = options.threads.or(settings.threads.map(usize::from));
     let threads = threads.unwrap_or_else(|| usual_threads(composed.robots.len()));
     let arena = composed.arena.clone();
@@ -226,11 +233,12 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         environment: composed.environment(),
         robots: composed.robots,
         period: composed.period,
-        duration: Some(duration),
+        duration,
         pace,
         threads,
         recorder,
         control: options.control,
+        epoch: composed.epoch,
         observer: watch(arena.clone(), trails.clone(), options.observer),
     };
     let report = fleet::run(plan)?;

@@ -3,6 +3,7 @@
 //! | layer | modules |
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
+//! | devices elsewhere | [`remote`]: base and sonar in a process of their own |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
 //! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets; [`line`](mod@line): serial ports and network connections |
 //! | other ends | [`emulator`]: simulated robots that speak those languages |
@@ -21,6 +22,7 @@ pub mod fault;
 pub mod line;
 pub mod log;
 pub mod nodes;
+pub mod remote;
 pub mod rings;
 pub mod sim;
 pub mod wire;

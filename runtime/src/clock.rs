@@ -3,7 +3,12 @@
 //! Only the fleet reads a clock, and only through this module. In lockstep, time is a count of control periods; the pace says
 //! how fast they follow each other. At wall time, a step is told how long the mission has run.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::{Arc, OnceLock},
+    time::{Duration, Instant},
+};
+
+use rustix::time::{ClockId, Timespec, clock_gettime};
 
 use crate::time::Time;
 
@@ -16,6 +21,28 @@ pub enum Pace {
     Factor(f64),
     /// The machine's clock. Steps that come late are skipped, not made up for.
     Wall,
+}
+
+/// When a mission's time began, on the clock that all processes of this machine share: what turns one mission's times into
+/// another's. To be cloned before the mission begins, and asked once it has.
+#[derive(Debug, Clone, Default)]
+pub struct Epoch {
+    nanos: Arc<OnceLock<u64>>,
+}
+
+impl Epoch {
+    /// Nanoseconds on the machine's monotonic clock at [`Time::START`]; `None` before the mission has begun.
+    #[must_use]
+    pub fn nanos(&self) -> Option<u64> {
+        self.nanos.get().copied()
+    }
+
+    /// The mission begins now.
+    pub(crate) fn begin(&self) {
+        let Timespec { tv_sec, tv_nsec } = clock_gettime(ClockId::Monotonic);
+        // The machine has been up for less than 500 years.
+        let _ = self.nanos.set(tv_sec.cast_unsigned() * 1_000_000_000 + tv_nsec.cast_unsigned());
+    }
 }
 
 /// The clock of a fleet: hands out the time of the next step and how long to wait for it.

@@ -17,7 +17,7 @@ pub mod mission;
 pub mod mutate;
 pub mod problem;
 pub mod source;
-mod suggest;
+pub mod suggest;
 mod syntax;
 pub mod validate;
 

@@ -19,7 +19,7 @@ pub(crate) use pulse::{Died, Pulse};
 pub use signals::{Ear, Signals};
 
 use crate::{
-    clock::Pace,
+    clock::{Epoch, Pace},
     host::HostError,
     recording::{RecordError, Recorder, RecordingSummary},
     robot::{RobotPlan, RobotReport},
@@ -70,6 +70,8 @@ pub struct FleetPlan {
     pub recorder: Option<Recorder>,
     /// Lets others pause, step and stop the fleet.
     pub control: FleetControl,
+    /// Learns when the mission's time begins.
+    pub epoch: Epoch,
     /// Watches.
     pub observer: Box<dyn Observer>,
 }

@@ -57,6 +57,13 @@ impl Time {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
 
+    /// The same moment for somebody whose time began so many nanoseconds earlier; one before their start is their start, and
+    /// [`Time::FAR`] is as far for everybody.
+    #[must_use]
+    pub fn shifted(self, earlier: i64) -> Time {
+        if self == Self::FAR { self } else { Self(self.0.saturating_add_signed(earlier)) }
+    }
+
     /// Seconds passed since `earlier`; zero if `earlier` is later.
     #[must_use]
     pub fn secs_since(self, earlier: Time) -> f64 {

@@ -18,6 +18,8 @@
 //! | `pose` | [`PoseEstimate`] | where-am-i → everyone |
 //! | `corridor/order` | [`CorridorOrder`] | whoever plans → corridor follower |
 //! | `corridor/report` | [`CorridorReport`] | corridor follower → whoever plans |
+//! | `hardware/state` | [`HardwareState`] | hardware in a process of its own → mission |
+//! | `hardware/pulse` | [`MissionPulse`] | mission → hardware in a process of its own |
 //! | `truth` | [`Truth`] | simulated base → recording only |
 //!
 //! A behaviour of your own may bring payloads of its own: implement [`Payload`] and use it like these.
@@ -26,6 +28,7 @@ mod arbitration;
 mod base;
 mod corridor;
 mod fixed_vec;
+mod hardware;
 mod pose;
 mod sonar;
 
@@ -39,6 +42,7 @@ pub use arbitration::{ArbitrationRule, HeldBack};
 pub use base::{BaseClaim, BaseDecision, BaseNotice, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry, flags};
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
 pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
+pub use hardware::{HardwareState, MissionPulse};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
 

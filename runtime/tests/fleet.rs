@@ -49,6 +49,7 @@ fn a_paused_fleet_stands_still_until_it_may_step_and_a_stopped_one_ends() {
         threads: 1,
         recorder: None,
         control,
+        epoch: Default::default(),
         observer: Box::new(|_| ControlFlow::Continue(())),
     };
     let report = fleet::run(plan).unwrap();

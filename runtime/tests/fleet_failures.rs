@@ -88,6 +88,7 @@ fn bases_stop_at_the_end_even_if_the_disk_hangs() {
         threads: 1,
         recorder: Some(Recorder::start(Sink::File(pipe), &mission, limits).unwrap()),
         control: FleetControl::default(),
+        epoch: Default::default(),
         observer: Box::new(|_| ControlFlow::Continue(())),
     };
     let report = fleet::run(plan).unwrap();

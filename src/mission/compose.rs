@@ -19,14 +19,15 @@ use orienteer_runtime::{
         Arbitration, Client, Clients,
         sonar::{SafetyFloor, SonarArbiter},
     },
+    clock::Epoch,
     config::{
-        Problem, Problems, SourceId, Sources,
-        mission::{ClockKind, MissionKeys, RecordKeys, RobotConfig, StartAt},
+        Mission, Problem, Problems, SourceId, Sources,
+        mission::{ClockKind, HardwarePlace, MissionKeys, RecordKeys, RobotConfig, StartAt},
     },
     fleet::{Environment, Still},
     geometry::Pose,
     host::{Factory, NodePlan, panic_text},
-    link::{Bus, BusOptions},
+    link::{Backend, Bus, BusOptions},
     random::Streams,
     recording::{RobotInfo, Source, Track},
     robot::RobotPlan,
@@ -35,7 +36,7 @@ use orienteer_runtime::{
 };
 
 use super::{
-    Loaded, RunError,
+    Loaded, RunError, elsewhere,
     remarks::{self, Remark},
     world::open_world,
 };
@@ -53,6 +54,8 @@ pub struct Composed {
     pub arena: Option<Arc<Arena>>,
     /// The control period.
     pub period: Duration,
+    /// Learns when the mission's time begins.
+    pub epoch: Epoch,
     /// All files that it was read from.
     pub sources: Sources,
     /// The mission's own among them.
@@ -88,94 +91,187 @@ impl Composed {
     }
 }
 
-/// Opens world and drivers and plans the fleet.
+/// Opens world and drivers and plans the fleet. Robots whose hardware is elsewhere get nodes that stand in for it.
 ///
 /// # Errors
 /// If something in the configuration does not work out, or links can't be made.
 pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Composed, RunError> {
     let Loaded { mission, mut sources, file } = loaded;
     let streams = Streams::new(seed);
-    let period = Duration::from_secs_f64(1.0 / mission.settings.control_rate_hz);
-    let arena = match &mission.world {
-        Some(world) => Some(open_world(world, &mut sources, streams)?),
-        None => None,
-    };
-    let bus = Bus::open(mission.settings.links, &BusOptions { run: mission.settings.run.clone(), ..BusOptions::default() })?;
-    let wall = mission.settings.clock == ClockKind::Wall;
-    let (mut robots, mut remarks) = (Vec::new(), Vec::new());
+    let arena = open_arena(&mission, &mut sources, streams)?;
+    let settings = &mission.settings;
+    let bus = Bus::open(settings.links, &BusOptions { run: settings.run.clone(), ..BusOptions::default() })?;
+    let (epoch, mut robots, mut remarks) = (Epoch::default(), Vec::new(), Vec::new());
+    let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
     for (number, config) in mission.robots.iter().enumerate() {
-        let builder = RobotBuilder { registry, config, number, arena: arena.as_ref(), streams, period, wall, bus: &bus };
-        robots.push(builder.build(&mut sources, &mut remarks)?);
+        builder.number = number;
+        let plan = match config.hardware {
+            HardwarePlace::Here => builder.whole(config, &mut sources, &mut remarks)?,
+            HardwarePlace::Elsewhere => {
+                // Its drivers are asked what robot it is, and left alone. In this world there is no body of it.
+                let scratch = open_arena(&mission, &mut sources, streams)?;
+                RobotBuilder { arena: scratch.as_ref(), ..builder }.without_hardware(config, &mut sources, &mut remarks)?
+            }
+        };
+        robots.push(plan);
     }
-    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, sources, file, remarks })
+    let period = builder.period;
+    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, epoch, sources, file, remarks })
 }
 
+/// Plans a fleet of one robot's hardware and nothing else, for a mission in another process.
+///
+/// # Errors
+/// If the mission has no such robot or says that its hardware is its own; otherwise as [`compose`].
+pub fn compose_hardware(loaded: Loaded, registry: &Registry, seed: u64, robot: &str) -> Result<Composed, RunError> {
+    let Loaded { mission, mut sources, file } = loaded;
+    let streams = Streams::new(seed);
+    let config = elsewhere::find(&mission, robot, &sources)?;
+    let arena = open_arena(&mission, &mut sources, streams)?;
+    let settings = &mission.settings;
+    let run = elsewhere::run(settings, config, &sources)?;
+    let bus = Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() })?;
+    let (epoch, mut remarks) = (Epoch::default(), Vec::new());
+    let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
+    let robots = vec![builder.hardware(config, &mut sources, &mut remarks)?];
+    let period = builder.period;
+    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, epoch, sources, file, remarks })
+}
+
+fn open_arena(mission: &Mission, sources: &mut Sources, streams: Streams) -> Result<Option<Arc<Arena>>, Problems> {
+    mission.world.as_ref().map(|world| open_world(world, sources, streams)).transpose()
+}
+
+#[derive(Clone, Copy)]
 struct RobotBuilder<'a> {
     registry: &'a Registry,
-    config: &'a RobotConfig,
+    settings: &'a MissionKeys,
     number: usize,
     arena: Option<&'a Arc<Arena>>,
     streams: Streams,
     period: Duration,
     wall: bool,
     bus: &'a Bus,
+    epoch: &'a Epoch,
+}
+
+/// A robot's devices, opened, and what every node has to know of the robot.
+struct Opened {
+    base: OpenBase,
+    sonar: Box<dyn SonarDriver>,
+    ring: Ring,
+    context: RobotContext,
 }
 
 /// Nodes that every robot has come before its agents, arbitration comes after them.
-const BASE: u16 = 0;
-const SONAR: u16 = 1;
+pub(super) const BASE: u16 = 0;
+pub(super) const SONAR: u16 = 1;
 const FIRST_AGENT: u16 = 2;
 
 /// Avoidance must hear every transducer as often as this, s, or as often as a slow ring can.
 const EVERY_TRANSDUCER: f64 = 0.5;
 
-impl RobotBuilder<'_> {
-    fn build(&self, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
-        let (base, sonar) = self.open_devices(sources)?;
+impl<'a> RobotBuilder<'a> {
+    fn new(
+        registry: &'a Registry,
+        settings: &'a MissionKeys,
+        arena: Option<&'a Arc<Arena>>,
+        streams: Streams,
+        bus: &'a Bus,
+        epoch: &'a Epoch,
+    ) -> Self {
+        let period = Duration::from_secs_f64(1.0 / settings.control_rate_hz);
+        let wall = settings.clock == ClockKind::Wall;
+        Self { registry, settings, number: 0, arena, streams, period, wall, bus, epoch }
+    }
+
+    /// A robot with all its nodes.
+    fn whole(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
+        let Opened { base, sonar, ring, context } = self.open(config, sources, noted)?;
+        let mut nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar)];
+        nodes.extend(self.minds(config, &context, sources)?);
+        self.plan(config, &ring, nodes)
+    }
+
+    /// A robot whose base and sonar live in another process.
+    fn without_hardware(
+        &self,
+        config: &RobotConfig,
+        sources: &mut Sources,
+        noted: &mut Vec<Remark>,
+    ) -> Result<RobotPlan, RunError> {
+        let Opened { ring, context, .. } = self.open(config, sources, noted)?;
+        let run = elsewhere::run(self.settings, config, sources)?;
+        let mut nodes = elsewhere::stand_ins(run, config, self.epoch, |client| self.of_node(&context, client));
+        nodes.extend(self.minds(config, &context, sources)?);
+        self.plan(config, &ring, nodes)
+    }
+
+    /// Base and sonar, for a mission in another process.
+    fn hardware(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
+        let Opened { base, sonar, ring, context } = self.open(config, sources, noted)?;
+        let mut nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar)];
+        nodes.push(elsewhere::presence(&context, self.epoch));
+        self.plan(config, &ring, nodes)
+    }
+
+    fn open(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<Opened, RunError> {
+        let (base, sonar) = self.open_devices(config, sources)?;
         let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
         let ring = sonar.ring().clone();
         if let Some(flaw) = remarks::flaw(&base, &ring) {
             let hint = "the driver says so; correct it, or the values that it takes from here";
-            return Err(Problems::from(Problem::new(sources, &self.config.span, flaw, hint)).into());
+            return Err(Problems::from(Problem::new(sources, &config.span, flaw, hint)).into());
         }
         if let Some(text) = remarks::of_sight(&base, &ring, self.period) {
-            Remark::note(noted, &self.config.name, text);
+            Remark::note(noted, &config.name, text);
         }
-        let context = self.context(&base, &ring);
-        let mut nodes = vec![self.base_node(&context, base, &ring)];
-        nodes.push(self.sonar_node(&context, sonar));
-        for (i, agent) in self.config.agents.iter().enumerate() {
-            let client = ClientId(FIRST_AGENT + i as u16);
-            nodes.push(self.agent_node(&context, client, agent, sources)?);
+        let context = self.context(config, &base, &ring);
+        Ok(Opened { base, sonar, ring, context })
+    }
+
+    /// Agents and arbitration.
+    fn minds(&self, config: &RobotConfig, context: &RobotContext, sources: &Sources) -> Result<Vec<NodePlan>, Problems> {
+        let mut nodes = Vec::new();
+        for (i, agent) in config.agents.iter().enumerate() {
+            nodes.push(self.agent_node(context, ClientId(FIRST_AGENT + i as u16), agent, sources)?);
         }
-        nodes.push(self.arbitration_node(&context, nodes.len() as u16, sources)?);
-        let name: Arc<str> = Arc::from(self.config.name.as_str());
-        let track = Track::new(self.number, &name, (!ring.transducers.is_empty()).then_some(&ring));
+        nodes.push(self.arbitration_node(config, context, FIRST_AGENT + nodes.len() as u16, sources)?);
+        Ok(nodes)
+    }
+
+    fn plan(&self, config: &RobotConfig, ring: &Ring, nodes: Vec<NodePlan>) -> Result<RobotPlan, RunError> {
+        let name: Arc<str> = Arc::from(config.name.as_str());
+        let track = Track::new(self.number, &name, (!ring.transducers.is_empty()).then_some(ring));
         Ok(RobotPlan { bus: self.bus.robot(&name)?, track, nodes, name })
     }
 
-    fn open_devices(&self, sources: &mut Sources) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>), Problems> {
-        let start = self.start(sources)?;
+    fn open_devices(
+        &self,
+        config: &RobotConfig,
+        sources: &mut Sources,
+    ) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>), Problems> {
+        let start = self.start(config, sources)?;
         let mut site = Site {
-            robot: &self.config.name,
+            robot: &config.name,
             start,
             arena: self.arena,
             period: self.period,
             streams: self.streams,
-            span: self.config.base.span.clone(),
-            start_span: self.config.start.as_ref().map(|start| start.span.clone()),
+            span: config.base.span.clone(),
+            start_span: config.start.as_ref().map(|start| start.span.clone()),
             sources,
             shared: None,
         };
         let drivers = self.registry.drivers();
         let unknown =
             |site: &Site<'_>, name: &str| site.problem(format!("there is no driver `{name}`"), "see `orienteer list drivers`");
-        let base = match drivers.base(&self.config.base.name) {
+        let base = match drivers.base(&config.base.name) {
             Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
-            Some(kind) => kind.open(&self.config.base.section, &mut site)?,
-            None => return Err(unknown(&site, &self.config.base.name)),
+            Some(kind) => kind.open(&config.base.section, &mut site)?,
+            None => return Err(unknown(&site, &config.base.name)),
         };
-        let Some(sonar) = &self.config.sonar else { return Ok((base, None)) };
+        let Some(sonar) = &config.sonar else { return Ok((base, None)) };
         site.span = sonar.span.clone();
         let sonar = match drivers.sonar(&sonar.name) {
             Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
@@ -185,8 +281,8 @@ impl RobotBuilder<'_> {
         Ok((base, Some(sonar)))
     }
 
-    fn start(&self, sources: &Sources) -> Result<Option<Pose>, Problems> {
-        let Some(start) = &self.config.start else { return Ok(None) };
+    fn start(&self, config: &RobotConfig, sources: &Sources) -> Result<Option<Pose>, Problems> {
+        let Some(start) = &config.start else { return Ok(None) };
         let pose = match &start.at {
             StartAt::Pose(pose) => *pose,
             StartAt::Place { name, heading } => {
@@ -206,13 +302,13 @@ impl RobotBuilder<'_> {
         Ok(Some(Pose::new(pose.x + start.offset.0, pose.y + start.offset.1, pose.heading)))
     }
 
-    fn context(&self, base: &OpenBase, ring: &Ring) -> RobotContext {
+    fn context(&self, config: &RobotConfig, base: &OpenBase, ring: &Ring) -> RobotContext {
         let device = |name: &str| Client { name: name.to_owned(), priority: 0 };
         let mut clients = vec![device("base"), device("sonar")];
-        clients.extend(self.config.agents.iter().map(|agent| Client { name: agent.name.clone(), priority: agent.priority }));
+        clients.extend(config.agents.iter().map(|agent| Client { name: agent.name.clone(), priority: agent.priority }));
         clients.push(device("arbitration"));
         RobotContext {
-            robot: Arc::from(self.config.name.as_str()),
+            robot: Arc::from(config.name.as_str()),
             node: Arc::from(""),
             client: ClientId::NONE,
             clients: Arc::new(Clients::new(clients)),
@@ -233,7 +329,7 @@ impl RobotBuilder<'_> {
 
     fn base_node(&self, context: &RobotContext, base: OpenBase, ring: &Ring) -> NodePlan {
         let OpenBase { driver, motion, protection, .. } = base;
-        let (ring, period, wall, robot) = (ring.clone(), self.period, self.wall, self.config.name.clone());
+        let (ring, period, wall, robot) = (ring.clone(), self.period, self.wall, context.robot.to_string());
         let begin = move || {
             if !wall {
                 return Ok(BaseNode::new(driver, &ring, motion, protection, period));
@@ -293,9 +389,15 @@ impl RobotBuilder<'_> {
         })
     }
 
-    fn arbitration_node(&self, context: &RobotContext, client: u16, sources: &Sources) -> Result<NodePlan, Problems> {
+    fn arbitration_node(
+        &self,
+        config: &RobotConfig,
+        context: &RobotContext,
+        client: u16,
+        sources: &Sources,
+    ) -> Result<NodePlan, Problems> {
         let floor = SafetyFloor::under_all(&context.ring, EVERY_TRANSDUCER).map_err(|error| {
-            let at = self.config.sonar.as_ref().map_or(&self.config.span, |sonar| &sonar.span);
+            let at = config.sonar.as_ref().map_or(&config.span, |sonar| &sonar.span);
             let message = format!("the sonar can't keep the robot safe: {error}");
             Problem::new(sources, at, message, "its driver gives the ring; correct it, or choose another")
         })?;
@@ -326,7 +428,7 @@ fn needs_wall_clock(site: &Site<'_>, driver: &str) -> Problems {
 
 /// Begins with a device when its robot comes to life, and not before: a mission that is only checked leaves devices alone. A device
 /// can be opened only once: after a panic it can't be built anew, and its base stands.
-fn once<B: Behaviour>(begin: impl FnOnce() -> Result<B, BuildError> + Send + 'static) -> Factory {
+pub(super) fn once<B: Behaviour>(begin: impl FnOnce() -> Result<B, BuildError> + Send + 'static) -> Factory {
     let begin = Mutex::new(Some(begin));
     Box::new(move |_| {
         let begin = begin.lock().ok().and_then(|mut begin| begin.take());

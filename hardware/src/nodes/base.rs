@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
+    arbitration::lease,
     robot_model::Ring,
     time::Time,
     topics::{BaseDecision, MotionReport, Odometry, SonarScan, Truth, flags},
@@ -149,7 +150,9 @@ impl BaseNode {
         let period = self.period.as_secs_f64();
         let (twist, report) = self.executor.step(now, decision, &odometry, period);
         self.report = report;
-        let demand = Demand { twist, valid_until: decision.valid_until, limits: decision.limits };
+        // A decision may come from another process, which is taken at less than its word.
+        let valid_until = decision.valid_until.min(now + lease(self.period));
+        let demand = Demand { twist, valid_until, limits: decision.limits };
         let scans = inputs.each::<SonarScan>();
         self.sees |= !scans.is_empty();
         // Every scan counts: a pass may renew only some transducers. The last one goes with the demand.

@@ -38,7 +38,7 @@ mod wiring;
 use serde::Serialize;
 
 pub use catalog::{AgentInfo, Catalog, DriverInfo};
-pub use keys::{ClockKind, MOST_THREADS, MissionFile, MissionKeys, RecordKeys, SpacingKeys, StartKeys};
+pub use keys::{ClockKind, HardwarePlace, MOST_THREADS, MissionFile, MissionKeys, RecordKeys, SpacingKeys, StartKeys};
 pub use schema::schema;
 
 use super::{
@@ -100,6 +100,8 @@ pub struct RobotConfig {
     pub span: Span,
     /// Where it begins; the driver decides unless given.
     pub start: Option<Start>,
+    /// Which process has base and sonar.
+    pub hardware: HardwarePlace,
     /// The base.
     pub base: DriverConfig,
     /// The sonar, if it has one.

@@ -34,6 +34,7 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
     let shares = share_out(robots, threads);
     let stopwatch = Clock::stopwatch(plan.pace);
     let (ended, end) = oneshot::channel();
+    plan.epoch.begin();
     let conductor = Conductor {
         crews: Vec::new(),
         waiting: 0,

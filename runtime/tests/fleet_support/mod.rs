@@ -191,6 +191,7 @@ pub fn plan(robots: Vec<RobotPlan>, threads: usize) -> FleetPlan {
         threads,
         recorder: None,
         control: FleetControl::default(),
+        epoch: Default::default(),
         observer: Box::new(|_| ControlFlow::Continue(())),
     }
 }

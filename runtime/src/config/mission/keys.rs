@@ -122,6 +122,8 @@ pub struct TemplateKeys {
     pub start: Option<StartKeys>,
     /// How repeated robots stand from each other.
     pub spacing: Option<SpacingKeys>,
+    /// Which process has base and sonar: this one, or `orienteer hardware`.
+    pub hardware: Option<HardwarePlace>,
     /// The base and its driver.
     pub base: Option<BaseTable>,
     /// The sonar ring and its driver.
@@ -149,6 +151,9 @@ pub struct RobotKeys {
     /// How repeated robots stand from each other.
     #[serde(default)]
     pub spacing: Option<SpacingKeys>,
+    /// Which process has base and sonar: this one, or `orienteer hardware`.
+    #[serde(default)]
+    pub hardware: Option<HardwarePlace>,
     /// The base and its driver.
     #[serde(default)]
     pub base: Option<BaseTable>,
@@ -158,6 +163,17 @@ pub struct RobotKeys {
     /// The behaviours, each under the name it has on this robot.
     #[serde(default)]
     pub agent: BTreeMap<String, AgentTable>,
+}
+
+/// Which process has a robot's base and sonar.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HardwarePlace {
+    /// The process that runs the mission.
+    #[default]
+    Here,
+    /// One of its own, which `orienteer hardware` starts with the same configuration.
+    Elsewhere,
 }
 
 /// Where a robot begins: `x` and `y`, or a place of the world.

@@ -126,6 +126,7 @@ impl<'a> Maker<'a> {
             name: section.text("name").unwrap_or_default().to_owned(),
             span: section.span_of("name"),
             start: None,
+            hardware: keys.hardware.unwrap_or_default(),
             base,
             sonar: sonar.as_ref().map(|(config, _)| config.clone()),
             agents: configs(enabled),

@@ -1,0 +1,64 @@
+//! Hardware in a process of its own, joined to its mission over shared memory.
+//!
+//! ```text
+//!  mission's process                                     hardware's process
+//!  ┌────────────┐ ◀── odometry, motion, truth, state ─── ┌──────────┐
+//!  │ RemoteBase │ ─── base/decision, pulse ────────────▶ │ BaseNode │ ◀─▶ driver
+//!  │ RemoteSonar│ ◀── sonar/scan ─────────────────────── │ SonarNode│ ◀─▶ driver
+//!  └────────────┘ ─── sonar/decision ──────────────────▶ │ Presence │
+//!                                                        └──────────┘
+//! ```
+//!
+//! The hardware owns a public run under the name that [`run_of`] gives it, and the very nodes run in it that would run in the mission:
+//! executor, protection and guard sit beside the driver. In the mission two nodes stand in for them, attach to that run as soon as it
+//! is there, and again when it has come back. Either side may start first, stop, or die; the base stands when it hears of no decision.
+//!
+//! Each side has a time of its own. What crosses the border is turned into the receiver's, by when either time began on the clock that
+//! all processes of a machine share.
+
+mod attachment;
+mod base;
+mod presence;
+mod sonar;
+
+use orienteer_runtime::topics::{
+    BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, SonarDecision, SonarScan, Truth,
+};
+
+pub use base::RemoteBase;
+pub use presence::Presence;
+pub use sonar::RemoteSonar;
+
+/// The name of the public run that a robot's hardware owns. Two missions of one name, and robots of one name in them, would meet.
+#[must_use]
+pub fn run_of(mission: &str, robot: &str) -> String {
+    format!("{mission}.{robot}")
+}
+
+/// A sample with times in it.
+trait Stamped: Copy {
+    /// The same for somebody whose time began so many nanoseconds earlier.
+    fn shifted(self, earlier: i64) -> Self;
+}
+
+macro_rules! stamped {
+    ($($sample:ty: $($time:ident),+;)+) => {
+        $(impl Stamped for $sample {
+            fn shifted(mut self, earlier: i64) -> Self {
+                $(self.$time = self.$time.shifted(earlier);)+
+                self
+            }
+        })+
+    };
+}
+
+stamped! {
+    Odometry: stamp;
+    MotionReport: stamp;
+    Truth: stamp;
+    HardwareState: stamp;
+    SonarScan: stamp;
+    BaseDecision: stamp, valid_until, since;
+    SonarDecision: stamp, since;
+    MissionPulse: stamp;
+}

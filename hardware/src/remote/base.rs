@@ -1,0 +1,141 @@
+//! Stands in for a base whose node lives in another process.
+
+use std::time::Duration;
+
+use orienteer_runtime::{
+    agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
+    clock::Epoch,
+    link::{LinkError, Publisher, RobotBus, Subscriber},
+    time::Time,
+    topics::{BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, Truth},
+};
+
+use super::{
+    Stamped,
+    attachment::{Alive, Attachment, Ports},
+};
+
+/// Brings what the base says into the mission, and what is decided to the base.
+pub struct RemoteBase {
+    hardware: Attachment<BasePorts>,
+    period: Duration,
+    odometry: Option<Odometry>,
+    motion: MotionReport,
+    truth: Option<Truth>,
+    /// The number of the last pulse to this hardware.
+    pulse: u64,
+    /// Time with a speed other than zero, s.
+    driving: f64,
+    failing: bool,
+}
+
+struct BasePorts {
+    odometry: Subscriber<Odometry>,
+    motion: Subscriber<MotionReport>,
+    truth: Subscriber<Truth>,
+    decisions: Publisher<BaseDecision>,
+    pulses: Publisher<MissionPulse>,
+}
+
+impl Ports for BasePorts {
+    fn open(bus: &RobotBus) -> Result<Self, LinkError> {
+        Ok(Self {
+            odometry: bus.subscriber()?,
+            motion: bus.subscriber()?,
+            truth: bus.subscriber()?,
+            decisions: bus.publisher()?,
+            pulses: bus.publisher()?,
+        })
+    }
+}
+
+impl RemoteBase {
+    /// Stands in for the base of `robot`, whose hardware owns this run.
+    #[must_use]
+    pub fn new(run: String, robot: String, epoch: Epoch, period: Duration) -> Self {
+        Self {
+            hardware: Attachment::new(run, robot, epoch, true),
+            period,
+            odometry: None,
+            motion: MotionReport::default(),
+            truth: None,
+            pulse: 0,
+            driving: 0.0,
+            failing: false,
+        }
+    }
+
+    /// The topics that it reads and writes.
+    #[must_use]
+    pub fn wiring() -> Wiring {
+        let mut wiring = Wiring::default();
+        wiring.reads::<BaseDecision>();
+        wiring.writes::<Odometry>().writes::<MotionReport>().writes::<Truth>().writes::<HardwareState>();
+        wiring
+    }
+
+    fn sense(&mut self, now: Time, out: &mut Outputs) {
+        self.hardware.tend(now, out);
+        let Some(alive) = self.hardware.alive() else { return };
+        let shift = alive.shift;
+        let (odometry, motion, truth) = (&mut self.odometry, &mut self.motion, &mut self.truth);
+        alive.ports.odometry.drain(|sample| *odometry = Some(sample.shifted(shift)));
+        alive.ports.motion.drain(|sample| *motion = sample.shifted(shift));
+        alive.ports.truth.drain(|sample| *truth = Some(sample.shifted(shift)));
+        out.publish(alive.state.shifted(shift));
+        if let Some(odometry) = self.odometry {
+            out.publish(odometry);
+            if !odometry.twist.is_stop() {
+                self.driving += self.period.as_secs_f64();
+            }
+        }
+        if let Some(truth) = self.truth {
+            out.publish(truth);
+        }
+        out.publish(self.motion);
+    }
+
+    fn act(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
+        let (Some(alive), Some(decision)) = (self.hardware.alive(), inputs.fresh::<BaseDecision>()) else {
+            self.pulse = 0;
+            return;
+        };
+        let theirs = alive.shift.wrapping_neg();
+        self.pulse += 1;
+        let pulse = MissionPulse { stamp: now, seq: self.pulse, echo: alive.state.seq };
+        let Alive { ports, .. } = alive;
+        let sent = ports.decisions.publish(decision.shifted(theirs)).and_then(|_| ports.pulses.publish(pulse.shifted(theirs)));
+        match sent {
+            Ok(_) => self.failing = false,
+            Err(error) if !self.failing => {
+                self.failing = true;
+                out.log(Level::ERROR, format!("the base can't be told what is decided: {error}"));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+impl Behaviour for RemoteBase {
+    fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
+        match inputs.phase {
+            Phase::Sense => self.sense(now, out),
+            _ => self.act(now, inputs, out),
+        }
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        if self.hardware.alive().is_none() {
+            last_words.failure(if self.odometry.is_some() {
+                "the hardware was gone at the end"
+            } else {
+                "the hardware never was there"
+            });
+        }
+        last_words.fact("driving_s", self.driving);
+        if let Some(truth) = self.truth {
+            last_words.fact("collisions", f64::from(truth.collisions));
+            last_words.fact("bumped", f64::from(truth.bumped));
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Tells a mission that the hardware lives, and people whether a mission does.
+
+use std::time::Duration;
+
+use orienteer_runtime::{
+    agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
+    clock::Epoch,
+    time::Time,
+    topics::{HardwareState, MissionPulse},
+};
+
+/// A mission that says nothing for so long is gone.
+const SILENCE: Duration = Duration::from_millis(500);
+/// Of so many samples it is known when they were sent.
+const REMEMBERED: usize = 64;
+
+/// The hardware's word that it lives, and what it hears of the mission.
+pub struct Presence {
+    epoch: Epoch,
+    seq: u64,
+    /// When the last samples were sent, by their number.
+    sent: [Time; REMEMBERED],
+    pulse: Option<MissionPulse>,
+    /// When it came.
+    came: Time,
+    heard: u64,
+    lost: u64,
+    round_trip: f64,
+    driven: bool,
+}
+
+impl Presence {
+    /// Of hardware whose time begins at this epoch.
+    #[must_use]
+    pub fn new(epoch: Epoch) -> Self {
+        Self {
+            epoch,
+            seq: 0,
+            sent: [Time::START; REMEMBERED],
+            pulse: None,
+            came: Time::START,
+            heard: 0,
+            lost: 0,
+            round_trip: -1.0,
+            driven: false,
+        }
+    }
+
+    /// The topics that it reads and writes.
+    #[must_use]
+    pub fn wiring() -> Wiring {
+        let mut wiring = Wiring::default();
+        wiring.reads::<MissionPulse>().writes::<HardwareState>();
+        wiring
+    }
+
+    fn hear(&mut self, now: Time, pulse: &MissionPulse) {
+        self.heard += 1;
+        // A mission that begins anew counts anew.
+        let last = self.pulse.filter(|last| pulse.seq > last.seq).map_or(pulse.seq.saturating_sub(1), |last| last.seq);
+        self.lost += pulse.seq - last - u64::from(pulse.seq > last);
+        let is_new = self.pulse.is_none_or(|last| last.echo != pulse.echo);
+        if is_new && pulse.echo > 0 && self.seq.checked_sub(pulse.echo).is_some_and(|ago| ago < REMEMBERED as u64) {
+            self.round_trip = now.secs_since(self.sent[(pulse.echo % REMEMBERED as u64) as usize]);
+        }
+        (self.pulse, self.came) = (Some(*pulse), now);
+    }
+}
+
+impl Behaviour for Presence {
+    fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
+        for pulse in inputs.each::<MissionPulse>() {
+            self.hear(now, pulse);
+        }
+        let driven = self.pulse.is_some() && now.since(self.came) < SILENCE;
+        if driven != self.driven {
+            self.driven = driven;
+            out.log(Level::WARN, if driven { "a mission drives" } else { "the mission is gone; waiting for one" });
+        }
+        let Some(epoch) = self.epoch.nanos() else { return };
+        self.seq += 1;
+        self.sent[(self.seq % REMEMBERED as u64) as usize] = now;
+        out.publish(HardwareState {
+            stamp: now,
+            epoch,
+            seq: self.seq,
+            age: self.pulse.map_or(-1.0, |pulse| now.secs_since(pulse.stamp)),
+            round_trip: self.round_trip,
+            heard: self.heard,
+            lost: self.lost,
+        });
+    }
+
+    fn finish(&mut self, _now: Time, last_words: &mut Finish) {
+        last_words.fact("pulses_heard", self.heard as f64);
+        last_words.fact("pulses_lost", self.lost as f64);
+    }
+}

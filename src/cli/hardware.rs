@@ -1,0 +1,55 @@
+//! `orienteer hardware`: a robot's base and sonar in a process of their own.
+
+use std::time::Duration;
+
+use crate::{
+    Registry,
+    mission::{self, Recording, RunOptions},
+    runtime::{config::mission::HardwarePlace, fleet::Ended},
+};
+
+use super::{HardwareArguments, Outcome, Refusal, style};
+
+/// Runs one robot's hardware until somebody stops it.
+pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Outcome, Refusal> {
+    let loaded = mission::load(&arguments.config, registry)?;
+    let elsewhere = loaded.mission.robots.iter().filter(|robot| robot.hardware == HardwarePlace::Elsewhere);
+    let robot = match (&arguments.robot, &elsewhere.map(|robot| &robot.name).collect::<Vec<_>>()[..]) {
+        (Some(robot), _) => robot.clone(),
+        (None, [robot]) => (*robot).clone(),
+        (None, []) => {
+            let message = "no robot of this mission has its hardware in a process of its own";
+            return Err(Refusal::misused(message, "add `hardware = \"elsewhere\"` to the robot"));
+        }
+        (None, robots) => {
+            let names = mission::several(robots);
+            return Err(Refusal::misused(
+                "several robots of this mission have hardware elsewhere",
+                format!("say which with `--robot`: {names}"),
+            ));
+        }
+    };
+    let options = RunOptions {
+        duration: arguments.duration.map(Duration::from_secs_f64),
+        record: Recording::Off,
+        hardware_of: Some(robot.clone()),
+        ..RunOptions::default()
+    };
+    style::print(&format!("hardware of `{robot}`; Ctrl-C ends it\n"))?;
+    let ended = mission::run(loaded, registry, options)?;
+    let fact = |name| ended.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
+    style::print(&format!(
+        "{}, driving for {:.1} s, {:.0} words from missions\n",
+        ended.time,
+        fact("driving_s"),
+        fact("pulses_heard")
+    ))?;
+    for failure in &ended.failures {
+        style::complain(failure, "everything else was done; the messages before this one say more");
+    }
+    Ok(match ended.ended {
+        Ended::Stopped => Outcome::Interrupted,
+        _ if !ended.failures.is_empty() => Outcome::Failed,
+        Ended::Complete | Ended::AllDone => Outcome::Well,
+    })
+}
