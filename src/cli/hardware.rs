@@ -35,7 +35,9 @@ pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Ou
         hardware_of: Some(robot.clone()),
         ..RunOptions::default()
     };
-    style::print(&format!("hardware of `{robot}`; Ctrl-C ends it\n"))?;
+    if loaded.mission.robots.iter().any(|other| other.name == robot) {
+        style::print(&format!("hardware of `{robot}`; Ctrl-C ends it\n"))?;
+    }
     let ended = mission::run(loaded, registry, options)?;
     let fact = |name| ended.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
     style::print(&format!(

@@ -238,7 +238,7 @@ impl Protection {
             Some(Reason::BadOdometry)
         } else if odometry.flags & flags::EMERGENCY_STOP != 0 {
             Some(Reason::EmergencyStop)
-        } else if now > demand.valid_until {
+        } else if now > demand.valid_until && !demand.twist.is_stop() {
             Some(Reason::StaleCommand)
         } else {
             None

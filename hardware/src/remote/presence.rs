@@ -11,6 +11,8 @@ use orienteer_runtime::{
 
 /// A mission that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_millis(500);
+/// A mission that has not come is given so long before anybody hears of it.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Of so many samples it is known when they were sent.
 const REMEMBERED: usize = 64;
 
@@ -26,7 +28,8 @@ pub struct Presence {
     heard: u64,
     lost: u64,
     round_trip: f64,
-    driven: bool,
+    /// Whether a mission drives, as far as people have been told.
+    driven: Option<bool>,
 }
 
 impl Presence {
@@ -42,7 +45,7 @@ impl Presence {
             heard: 0,
             lost: 0,
             round_trip: -1.0,
-            driven: false,
+            driven: None,
         }
     }
 
@@ -73,9 +76,17 @@ impl Behaviour for Presence {
             self.hear(now, pulse);
         }
         let driven = self.pulse.is_some() && now.since(self.came) < SILENCE;
-        if driven != self.driven {
-            self.driven = driven;
-            out.log(Level::WARN, if driven { "a mission drives" } else { "the mission is gone; waiting for one" });
+        let text = match (self.driven, driven) {
+            (None | Some(false), true) => Some("a mission drives"),
+            (Some(true), false) => Some("the mission is gone; waiting for one"),
+            (None, false) if now >= Time::START + PATIENCE => {
+                Some("waiting for a mission: `orienteer run` with this configuration")
+            }
+            _ => None,
+        };
+        if let Some(text) = text {
+            self.driven = Some(driven);
+            out.log(Level::WARN, text);
         }
         let Some(epoch) = self.epoch.nanos() else { return };
         self.seq += 1;
