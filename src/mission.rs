@@ -140,6 +140,8 @@ impl<F: FnMut(Time, Option<&Arena>) -> ControlFlow<()>> WorldObserver for F {
 pub struct Outcome {
     /// The mission's name.
     pub name: String,
+    /// What drove time forward.
+    pub clock: ClockKind,
     /// The seed that was used.
     pub seed: u64,
     /// One report for each robot, in the order of the configuration.
@@ -148,7 +150,7 @@ pub struct Outcome {
     pub time: Time,
     /// Number of steps.
     pub steps: u64,
-    /// Steps that were skipped because the machine was too slow.
+    /// Steps that were skipped because the last one came too late: the machine, or a behaviour, was too slow.
     pub missed: u64,
     /// Wall time from the first step to the last.
     pub elapsed: Duration,
@@ -246,6 +248,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
 
     let mut outcome = Outcome {
         name: settings.name,
+        clock: settings.clock,
         seed,
         robots: report.robots,
         time: report.time,

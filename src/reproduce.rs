@@ -14,6 +14,7 @@ mod determinism;
 mod echo;
 mod faults;
 mod parallel;
+mod wire;
 
 use serde::Serialize;
 
@@ -30,8 +31,16 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 7] =
-    [arbitration::SUITE, echo::SUITE, corridor::SUITE, avoidance::SUITE, determinism::SUITE, faults::SUITE, config::SUITE];
+pub const SUITES: [Suite; 8] = [
+    arbitration::SUITE,
+    echo::SUITE,
+    corridor::SUITE,
+    avoidance::SUITE,
+    determinism::SUITE,
+    faults::SUITE,
+    config::SUITE,
+    wire::SUITE,
+];
 
 /// The suite of this name.
 #[must_use]

@@ -4,7 +4,7 @@ use std::{fmt::Write as _, time::Duration};
 
 use crate::{
     mission,
-    runtime::{fleet::Ended, robot::RobotReport, time::Time},
+    runtime::{config::mission::ClockKind, fleet::Ended, robot::RobotReport, time::Time},
 };
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -18,6 +18,7 @@ use super::{
 #[derive(Debug, Serialize)]
 pub struct Summary {
     mission: String,
+    clock: ClockKind,
     seed: u64,
     ended: &'static str,
     time_s: f64,
@@ -71,6 +72,7 @@ impl Summary {
         let recording = outcome.recording.as_ref();
         Self {
             mission: outcome.name.clone(),
+            clock: outcome.clock,
             seed: outcome.seed,
             ended: match outcome.ended {
                 Ended::Complete => "complete",
@@ -111,14 +113,17 @@ impl Summary {
             _ => String::new(),
         };
         let (name, time, factor) = (paint.bold(&self.mission), style::time(self.time), self.real_time_factor);
-        let mut text = format!(
-            "{name}, seed {}: {time} simulated in {:.1} s, {factor:.*} × real time{end}\n",
-            self.seed,
-            self.elapsed_s,
-            if factor < 10.0 { 1 } else { 0 },
-        );
+        let seed = self.seed;
+        let mut text = match self.clock {
+            ClockKind::Wall => format!("{name}, seed {seed}: {time} of real time{end}\n"),
+            ClockKind::Lockstep => {
+                let digits = if factor < 10.0 { 1 } else { 0 };
+                format!("{name}, seed {seed}: {time} simulated in {:.1} s, {factor:.digits$} × real time{end}\n", self.elapsed_s)
+            }
+        };
         if self.missed_steps > 0 {
-            let _ = writeln!(text, "{} of {} steps were skipped: the machine was too slow", self.missed_steps, self.steps);
+            let (missed, all) = (self.missed_steps, self.steps);
+            let _ = writeln!(text, "{missed} of {all} steps were skipped: the machine, or a behaviour, was too slow");
         }
         text
     }

@@ -83,7 +83,10 @@ enum Stage {
     Open,
 }
 
-/// An emulated base that speaks ARCOS. See the [module's documentation](self).
+/// An emulated base that speaks ARCOS.
+///
+/// Its motors are off until they are enabled, its speeds change by the accelerations that were set, and when it has heard nothing for the
+/// time of its watchdog it stops, until it hears something again.
 pub struct ArcosEmulator {
     make: Make,
     framer: Framer,
