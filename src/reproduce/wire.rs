@@ -90,7 +90,7 @@ fn portion(seed: u64) -> Seen {
         _ => damaged(&mut random, &mut bytes),
     }
     seen.bytes = bytes.len();
-    match catch_unwind(AssertUnwindSafe(|| listen(&bytes, seed % 3 == 0))) {
+    match catch_unwind(AssertUnwindSafe(|| listen(&bytes, seed.is_multiple_of(3)))) {
         Ok((frames, moved)) => (seen.frames, seen.moved) = (frames, u32::from(moved)),
         Err(_) => seen.panics += 1,
     }
@@ -205,7 +205,7 @@ fn resume(random: &mut Pcg64) -> (usize, usize) {
     for trial in 0..TRIALS {
         let mut framer = Framer::default();
         let mut garbage: Vec<u8> = (0..random.random_range(0..300)).map(|_| random.random()).collect();
-        if trial % 2 == 0 {
+        if trial.is_multiple_of(2) {
             // As if a frame had begun just before the line broke.
             garbage.extend(HEADER);
             garbage.push(random.random());
