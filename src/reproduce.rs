@@ -13,6 +13,7 @@ mod corridor;
 mod determinism;
 mod echo;
 mod faults;
+mod kill;
 mod parallel;
 mod wire;
 
@@ -31,7 +32,7 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 8] = [
+pub const SUITES: [Suite; 9] = [
     arbitration::SUITE,
     echo::SUITE,
     corridor::SUITE,
@@ -40,6 +41,7 @@ pub const SUITES: [Suite; 8] = [
     faults::SUITE,
     config::SUITE,
     wire::SUITE,
+    kill::SUITE,
 ];
 
 /// The suite of this name.

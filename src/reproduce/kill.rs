@@ -1,0 +1,227 @@
+//! What a real base does when things around it die: three processes, one robot, and somebody with an axe.
+//!
+//! The robot is an emulated Pioneer in this process, so that what it does is seen from the world's side, a hundred times a second. Its
+//! hardware and its mission are processes of the very program that runs this suite. Each is killed, held up and ended in good order, and
+//! the wire falls silent, carries garbage, and loses half of each packet, at random instants while the robot drives. The robot must stand
+//! in time, whatever it was; and all must go on by themselves when what was taken away is back.
+
+mod axe;
+mod robot;
+
+use std::{
+    fs,
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::{Effort, Row, Suite, SuiteError};
+use axe::{Axe, BLOWS};
+use robot::Watched;
+
+pub(super) const SUITE: Suite = Suite {
+    name: "kill",
+    help: "a real base's processes and wire are killed, held up and disturbed, in wall time: how soon it stands, and goes on",
+    run,
+};
+
+/// How often each blow falls in a full run.
+const INSTANTS: u64 = 100;
+/// Robots at once: they wait most of the time.
+const ROBOTS: u64 = 6;
+/// The control period and 10 ms, s.
+const PERIOD: f64 = 0.05 + 0.01;
+/// The base's own watchdog, s.
+const WATCHDOG: f64 = 2.0;
+/// A robot that does not drive for so long is stuck, or nobody has gone on.
+const PATIENCE: Duration = Duration::from_secs(40);
+/// How long what was taken away stays away, beyond the time in which the base must stand.
+const AWAY: Duration = Duration::from_millis(500);
+
+/// What came of one blow.
+#[derive(Debug, Clone, Copy)]
+struct Felt {
+    blow: usize,
+    /// Time until the base stood, less that which its brakes need from the speed that it had, s.
+    stood: f64,
+    /// Time from when all was back until it drove again, s.
+    went_on: f64,
+    /// The collisions that it had.
+    collisions: u32,
+}
+
+fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
+    let before = left_in_shared_memory();
+    let instants = effort.seeds(INSTANTS);
+    let (felt, failure): (Mutex<Vec<Felt>>, Mutex<Option<SuiteError>>) = Default::default();
+    let (next, all) = (AtomicU64::new(0), instants * BLOWS.len() as u64);
+    thread::scope(|scope| {
+        for number in 0..ROBOTS.min(all) {
+            let (felt, failure, next) = (&felt, &failure, &next);
+            scope.spawn(move || {
+                let outcome = one_robot(
+                    number,
+                    || {
+                        let blow = next.fetch_add(1, Ordering::Relaxed);
+                        let done = felt.lock().unwrap_or_else(PoisonError::into_inner).len() as u64;
+                        (effort.progress)("kill", done, all);
+                        (blow < all).then_some((blow % BLOWS.len() as u64) as usize)
+                    },
+                    felt,
+                );
+                if let Err(error) = outcome {
+                    failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    next.store(all, Ordering::Relaxed);
+                }
+            });
+        }
+    });
+    if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    let felt = felt.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut rows: Vec<Row> =
+        BLOWS.iter().enumerate().flat_map(|(blow, axe)| rows_of(axe, felt.iter().filter(|felt| felt.blow == blow))).collect();
+    rows.push(Row::exactly("blows that were felt, and after which all went on", all as f64, felt.len() as f64, ""));
+    rows.push(Row::exactly(
+        "robots that drove into something",
+        0.0,
+        felt.iter().map(|felt| f64::from(felt.collisions)).fold(0.0, f64::max),
+        "",
+    ));
+    let left = left_in_shared_memory().saturating_sub(before);
+    rows.push(Row::exactly("files left in shared memory", 0.0, left as f64, ""));
+    Ok(rows)
+}
+
+fn rows_of<'a>(axe: &Axe, felt: impl Iterator<Item = &'a Felt>) -> [Row; 2] {
+    let (mut stood, mut went_on) = (0.0_f64, Vec::new());
+    for felt in felt {
+        stood = stood.max(felt.stood);
+        went_on.push(felt.went_on);
+    }
+    went_on.sort_by(f64::total_cmp);
+    let median = went_on.get(went_on.len() / 2).copied().unwrap_or_default();
+    [
+        Row::at_most(
+            format!("{}: stands within, beside braking, worst", axe.words),
+            1000.0 * (PERIOD + WATCHDOG),
+            1000.0 * stood,
+            "ms",
+        ),
+        Row::information(format!("{}: drives again after, median", axe.words), median, "s"),
+    ]
+}
+
+/// Files and directories of this user's runs.
+fn left_in_shared_memory() -> usize {
+    let names = fs::read_dir("/dev/shm").into_iter().flatten().flatten().map(|entry| entry.file_name());
+    names.filter(|name| name.to_string_lossy().starts_with("or")).count()
+}
+
+/// Two processes that drive a robot.
+struct Crew<'a> {
+    folder: &'a Path,
+    mission: Option<Child>,
+    hardware: Option<Child>,
+}
+
+impl<'a> Crew<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Self { folder, mission: None, hardware: None }
+    }
+
+    /// Starts whoever is not there.
+    fn muster(&mut self) -> Result<(), SuiteError> {
+        if self.hardware.is_none() {
+            self.hardware = Some(self.start(&["--quiet", "hardware", "mission.toml"])?);
+        }
+        if self.mission.is_none() {
+            self.mission = Some(self.start(&["--quiet", "run", "mission.toml", "--no-record", "--out", "out"])?);
+        }
+        Ok(())
+    }
+
+    fn start(&self, arguments: &[&str]) -> Result<Child, SuiteError> {
+        let program = std::env::current_exe().map_err(SuiteError::from_display)?;
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(self.folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command.spawn().map_err(SuiteError::from_display)
+    }
+}
+
+impl Drop for Crew<'_> {
+    fn drop(&mut self) {
+        for child in [&mut self.mission, &mut self.hardware].into_iter().flatten() {
+            // In good order, so that nothing is left; a process that is held up would not hear it.
+            axe::signal(child, rustix::process::Signal::CONT);
+            axe::signal(child, rustix::process::Signal::TERM);
+            let _ = child.wait();
+        }
+    }
+}
+
+/// One robot with its two processes, and one blow after the other.
+fn one_robot(number: u64, next: impl Fn() -> Option<usize>, felt: &Mutex<Vec<Felt>>) -> Result<(), SuiteError> {
+    let mut random = Pcg64::seed_from_u64(number);
+    let folder = tempfile::tempdir().map_err(SuiteError::from_display)?;
+    let robot = Watched::start(number)?;
+    let name = format!("kill-{}-{number}", std::process::id());
+    fs::write(folder.path().join("mission.toml"), mission(&name, &robot.port)).map_err(SuiteError::from_display)?;
+    let mut crew = Crew::new(folder.path());
+    crew.muster()?;
+    robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} never drove")))?;
+    while let Some(blow) = next() {
+        let axe = &BLOWS[blow];
+        robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} did not drive before: {}", axe.words)))?;
+        thread::sleep(Duration::from_secs_f64(random.random_range(0.0..1.0)));
+        let began = Instant::now();
+        axe.strike(&mut crew, &robot);
+        thread::sleep(Duration::from_secs_f64(PERIOD + WATCHDOG) + robot::BRAKING + AWAY);
+        let stood = robot.stood_after(began).unwrap_or(f64::INFINITY);
+        axe.heal(&mut crew, &robot);
+        crew.muster()?;
+        let back = Instant::now();
+        let drives =
+            robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} did not go on after: {}", axe.words)))?;
+        let went_on = drives.saturating_duration_since(back).as_secs_f64();
+        let collisions = robot.collisions();
+        felt.lock().unwrap_or_else(PoisonError::into_inner).push(Felt { blow, stood, went_on, collisions });
+    }
+    Ok(())
+}
+
+fn mission(name: &str, port: &str) -> String {
+    format!(
+        r#"
+[mission]
+clock = "wall"
+duration = 100000
+run = "{name}"
+
+[[robot]]
+name = "pioneer"
+hardware = "elsewhere"
+base = {{ driver = "arcos", port = "{port}" }}
+sonar = {{ driver = "arcos" }}
+
+[robot.agent.where-am-i]
+
+[robot.agent.avoidance]
+
+[robot.agent.corridor-follower]
+cruise_speed = 0.3
+
+[robot.agent.patrol]
+least_width = 1.4
+"#
+    )
+}

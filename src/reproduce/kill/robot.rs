@@ -1,0 +1,195 @@
+//! The robot, as the world sees it.
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use orienteer_hardware::emulator::{ArcosEmulator, Caller, Port, Rig};
+use orienteer_runtime::geometry::{Pose, Twist};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::super::SuiteError;
+use crate::emulate::{self, Options, Start};
+
+/// What the Pioneer's brakes can do, m/s² and rad/s².
+const BRAKES: (f64, f64) = (0.3, 1.745);
+/// No robot here needs longer to brake.
+pub const BRAKING: Duration = Duration::from_millis(1200);
+/// A robot that moves faster than this, m/s, drives.
+const DRIVES: f64 = 0.1;
+/// For so long it is known how the robot moved.
+const REMEMBERED: Duration = Duration::from_secs(20);
+
+/// A corridor that has no end: around a block.
+const WORLD: &str = "
+name = \"ring\"
+[[room]]
+corners = [[0, 0], [14, 12]]
+[[box]]
+name = \"block\"
+center = [7, 6]
+size = [10.4, 8.4]
+";
+
+/// What becomes of the bytes on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wire {
+    /// They get through.
+    Whole,
+    /// None gets through.
+    Silent,
+    /// Others do instead.
+    Garbage,
+    /// Of each piece only the first half does.
+    Half,
+    /// There is no wire.
+    Off,
+}
+
+/// An emulated robot on a thread of its own.
+pub struct Watched {
+    /// Where its driver finds it.
+    pub port: String,
+    state: Arc<Mutex<State>>,
+    quit: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct State {
+    wire: Wire,
+    /// How it moved at the end of each beat.
+    moved: VecDeque<(Instant, Twist)>,
+    collisions: u32,
+}
+
+impl Watched {
+    pub fn start(seed: u64) -> Result<Self, SuiteError> {
+        let folder = tempfile::tempdir().map_err(SuiteError::from_display)?;
+        let world = folder.path().join("ring.toml");
+        std::fs::write(&world, WORLD).map_err(SuiteError::from_display)?;
+        let start = Start::Pose(Pose::new(3.0, 0.9, 0.0));
+        let options = Options { world: Some(world), robot: "p3dx".into(), model: None, start, seed };
+        let rig = emulate::build(&options).map_err(SuiteError::from_display)?;
+        let port = Port::open("tcp://127.0.0.1:0").map_err(SuiteError::from_display)?;
+        let name = port.name().to_owned();
+        let state = Arc::new(Mutex::new(State { wire: Wire::Whole, moved: VecDeque::new(), collisions: 0 }));
+        let quit = Arc::new(AtomicBool::new(false));
+        let (watched, ended) = (state.clone(), quit.clone());
+        let body = move || live(rig, port, &watched, &ended, seed);
+        let thread = thread::Builder::new().name("robot".into()).spawn(body).map_err(SuiteError::from_display)?;
+        Ok(Self { port: name, state, quit, thread: Some(thread) })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        lock(&self.state)
+    }
+
+    /// What becomes of the bytes from now on.
+    pub fn wire(&self, wire: Wire) {
+        self.state().wire = wire;
+    }
+
+    pub fn collisions(&self) -> u32 {
+        self.state().collisions
+    }
+
+    /// Waits until it drives, and says when it did.
+    pub fn drives(&self, patience: Duration) -> Option<Instant> {
+        let began = Instant::now();
+        while began.elapsed() < patience {
+            if let Some((when, twist)) = self.state().moved.back()
+                && twist.linear.abs() > DRIVES
+            {
+                return Some(*when);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        None
+    }
+
+    /// Time from an instant until it stood and stayed so, less that which its brakes need from the highest speed that it had meanwhile,
+    /// s: until it was told to stop, that is. `None` if it does not stand.
+    pub fn stood_after(&self, began: Instant) -> Option<f64> {
+        let state = self.state();
+        if !state.moved.back().is_some_and(|(_, twist)| twist.is_stop()) {
+            return None;
+        }
+        let told = |speed: fn(&Twist) -> f64, brakes: f64| {
+            let (mut fastest, mut last) = (0.0_f64, began);
+            for (when, twist) in state.moved.iter().filter(|(when, twist)| *when >= began && speed(twist) != 0.0) {
+                (fastest, last) = (fastest.max(speed(twist).abs()), *when);
+            }
+            last.saturating_duration_since(began).as_secs_f64() - fastest / brakes
+        };
+        Some(told(|twist| twist.linear, BRAKES.0).max(told(|twist| twist.angular, BRAKES.1)).max(0.0))
+    }
+}
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        self.quit.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn live(mut rig: Rig<ArcosEmulator>, port: Port, state: &Mutex<State>, quit: &AtomicBool, seed: u64) {
+    let name = port.name().to_owned();
+    let (mut port, mut random) = (Some(port), Pcg64::seed_from_u64(seed));
+    let (mut received, mut answer, mut due) = (Vec::new(), Vec::new(), Instant::now());
+    while !quit.load(Ordering::Relaxed) {
+        received.clear();
+        answer.clear();
+        let wire = lock(state).wire;
+        match (wire, port.is_some()) {
+            (Wire::Off, true) => port = None,
+            (Wire::Off, false) | (_, true) => {}
+            // Somebody else may have the number for a moment.
+            (_, false) => port = Port::open(&name).ok(),
+        }
+        let caller = port.as_mut().map_or(Caller::Nobody, |port| port.receive(rig.now(), &mut received));
+        if caller != Caller::Same {
+            rig.hang_up();
+        }
+        spoil(&mut received, wire, &mut random);
+        rig.beat(&received, &mut answer);
+        spoil(&mut answer, wire, &mut random);
+        if let Some(port) = &mut port {
+            port.send(&answer);
+        }
+        note(state, &rig);
+        due += Rig::<ArcosEmulator>::BEAT;
+        thread::sleep(due.saturating_duration_since(Instant::now()));
+    }
+}
+
+fn spoil(bytes: &mut Vec<u8>, wire: Wire, random: &mut Pcg64) {
+    match wire {
+        Wire::Whole => {}
+        Wire::Silent | Wire::Off => bytes.clear(),
+        Wire::Garbage => bytes.iter_mut().for_each(|byte| *byte = random.random()),
+        Wire::Half => bytes.truncate(bytes.len() / 2),
+    }
+}
+
+fn note(state: &Mutex<State>, rig: &Rig<ArcosEmulator>) {
+    let (now, truth) = (Instant::now(), rig.truth());
+    let mut state = lock(state);
+    state.collisions = truth.collisions;
+    state.moved.push_back((now, truth.twist));
+    while state.moved.front().is_some_and(|(when, _)| now.duration_since(*when) > REMEMBERED) {
+        state.moved.pop_front();
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
