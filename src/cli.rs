@@ -86,7 +86,7 @@ impl From<Outcome> for ExitCode {
 enum Command {
     /// Run a mission; without CONFIG, two robots on an office floor
     Run(RunArguments),
-    /// Run nothing but one robot's base and sonar, for a mission in another process
+    /// Run one robot's base and sonar, for a mission in another process
     Hardware(HardwareArguments),
     /// Check a configuration without running it
     Check(CheckArguments),

@@ -3,6 +3,7 @@
 //! | layer | modules |
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
+//! | what every driver has to do | [`conformance`]: as tests |
 //! | devices elsewhere | [`remote`]: base and sonar in a process of their own |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
 //! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets; [`line`](mod@line): serial ports and network connections |
@@ -14,6 +15,7 @@
 
 pub mod arcos;
 pub mod base;
+pub mod conformance;
 pub mod driver;
 pub mod drivers;
 pub mod echo;

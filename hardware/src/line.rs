@@ -63,6 +63,12 @@ impl Line {
         Self { address, baud, state: State::Shut(None), trouble: "it is being opened".to_owned() }
     }
 
+    /// A line that is open already, under a name: for tests, and for ways to a device that are no address. Once broken it stays so.
+    #[must_use]
+    pub fn over(name: &str, stream: Box<dyn Stream>) -> Self {
+        Self { address: Address::Serial { path: name.into() }, baud: 0, state: State::Open(stream), trouble: String::new() }
+    }
+
     /// Where it leads.
     #[must_use]
     pub fn address(&self) -> &Address {

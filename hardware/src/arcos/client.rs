@@ -11,7 +11,7 @@ use orienteer_runtime::{
 use super::{Profile, Session, State};
 use crate::{
     driver::DriverError,
-    line::{Address, Line, Standing},
+    line::{Address, Line, Standing, Stream},
 };
 
 /// The speeds of a serial port that are tried, the factory's own first, baud.
@@ -39,8 +39,18 @@ impl Client {
     #[must_use]
     pub fn new(address: Address, baud: Option<u32>, profile: Profile) -> Self {
         let bauds = baud.map_or_else(|| BAUDS.to_vec(), |baud| vec![baud]);
+        Self::on(Line::new(address, bauds[0]), bauds, profile)
+    }
+
+    /// Greets whoever is at the other end of this stream.
+    #[must_use]
+    pub fn over(stream: Box<dyn Stream>, profile: Profile) -> Self {
+        Self::on(Line::over("a stream", stream), vec![0], profile)
+    }
+
+    fn on(line: Line, bauds: Vec<u32>, profile: Profile) -> Self {
         Self {
-            line: Line::new(address, bauds[0]),
+            line,
             session: Session::new(profile),
             bauds,
             trying: 0,

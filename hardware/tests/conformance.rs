@@ -1,0 +1,321 @@
+//! The drivers that come with Orienteer, put through what every driver has to do.
+#![allow(clippy::unwrap_used)]
+
+use std::{
+    collections::VecDeque,
+    io::{self, Read, Write},
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use orienteer_hardware::{
+    arcos::{ArcosBase, Client, Profile},
+    base::{odometry::OdometryConfig, presets},
+    conformance::{Bench, RULES},
+    driver::{BaseDriver, DriverError},
+    emulator::{ArcosEmulator, Make, Rig},
+    log::{self, LogBase, SonarLog},
+    rings,
+    sim::{Arena, SimBase, SimBody, SimBodyConfig, SimSonar},
+    wire::arcos::units::Units,
+    world::World,
+};
+use orienteer_runtime::{
+    geometry::{Pose, Twist},
+    random::Streams,
+    robot_model::Platform,
+    time::Time,
+    topics::Odometry,
+};
+
+/// A floor on which nobody meets anything.
+fn floor() -> Arc<Arena> {
+    let plan = toml::from_str("[[room]]\ncorners = [[-80, -80], [80, 80]]").unwrap();
+    Arena::new(World::from_plan(&plan, &|_| unreachable!()).unwrap(), Streams::new(1)).unwrap()
+}
+
+fn body(arena: &Arc<Arena>, platform: &str, odometry: OdometryConfig) -> (Arc<Mutex<SimBody>>, SimBase) {
+    let base = presets::by_name(platform).unwrap();
+    let described = base.platform();
+    let body = arena.add("r", Pose::new(-20.0, 0.0, 0.0), SimBodyConfig { base, odometry }).unwrap();
+    (body.clone(), SimBase::new(body, described))
+}
+
+/// A simulated base.
+struct Simulated {
+    driver: SimBase,
+    _arena: Arc<Arena>,
+    now: Time,
+}
+
+impl Simulated {
+    fn of(platform: &str) -> Self {
+        let arena = floor();
+        Self { driver: body(&arena, platform, OdometryConfig::exact()).1, _arena: arena, now: Time::START }
+    }
+}
+
+macro_rules! simulated {
+    ($($name:ident: $platform:literal),+) => {
+        $(mod $name {
+            use super::*;
+
+            struct This(Simulated);
+
+            impl Bench for This {
+                fn new() -> Self {
+                    Self(Simulated::of($platform))
+                }
+
+                fn base(&mut self) -> &mut dyn BaseDriver {
+                    &mut self.0.driver
+                }
+
+                fn pass(&mut self, span: Duration) {
+                    self.0.now = self.0.now + span;
+                }
+
+                fn now(&self) -> Time {
+                    self.0.now
+                }
+
+                fn moves(&self) -> Twist {
+                    self.0.driver.truth().unwrap().twist
+                }
+            }
+
+            orienteer_hardware::conformance!(This);
+        })+
+    };
+}
+
+simulated!(synchro: "b12-huey", differential: "p3dx", bicycle: "wheelchair");
+
+/// A log that is played, and obeys nobody.
+struct Played {
+    driver: LogBase,
+    now: Time,
+}
+
+impl Bench for Played {
+    fn new() -> Self {
+        let poses: String = (0..100).map(|n| format!("{} {} 0 0\n", n * 300, n * 50)).collect();
+        let measurements: String = (0..100).map(|n| format!("{} 1000 1000 1000 1000 1000 1000 1000 1000\n", n * 300)).collect();
+        let log = SonarLog::parse(("poses", &poses), ("measurements", &measurements)).unwrap();
+        Self { driver: log::players(Arc::new(log)).0, now: Time::START }
+    }
+
+    fn base(&mut self) -> &mut dyn BaseDriver {
+        &mut self.driver
+    }
+
+    fn pass(&mut self, span: Duration) {
+        self.now = self.now + span;
+    }
+
+    fn now(&self) -> Time {
+        self.now
+    }
+
+    fn moves(&self) -> Twist {
+        Twist::STOP
+    }
+
+    fn obeys(&self) -> bool {
+        false
+    }
+}
+
+mod played {
+    orienteer_hardware::conformance!(super::Played);
+}
+
+/// Bytes under way, to the base and back.
+#[derive(Clone, Default)]
+struct Wire(Arc<Mutex<[VecDeque<u8>; 2]>>);
+
+impl Read for Wire {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let queue = &mut self.0.lock().unwrap()[1];
+        if queue.is_empty() { Err(io::ErrorKind::WouldBlock.into()) } else { queue.read(into) }
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap()[0].write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A Pioneer at the other end of a wire.
+struct Pioneer {
+    driver: ArcosBase,
+    rig: Rig<ArcosEmulator>,
+    wire: Wire,
+    cut: bool,
+}
+
+impl Bench for Pioneer {
+    fn new() -> Self {
+        let arena = floor();
+        let (robot, base) = body(&arena, "p3dx", OdometryConfig::default());
+        let ring = rings::find("p3dx-16").unwrap();
+        let sonar = SimSonar::new(arena.clone(), "r", robot, ring.ring, &ring.model).unwrap();
+        let preset = presets::p3dx();
+        let make = Make::new(Units::of("p3dx").unwrap(), &preset, 16);
+        let wire = Wire::default();
+        let platform = preset.platform();
+        let profile = Profile {
+            units: None,
+            acceleration: platform.acceleration,
+            angular_acceleration: platform.angular_acceleration,
+            transducers: 16,
+            max_range: 5.0,
+        };
+        let driver = ArcosBase::new(Client::over(Box::new(wire.clone()), profile), platform);
+        Self { driver, rig: Rig::new(ArcosEmulator::new(make), arena, base, sonar), wire, cut: false }
+    }
+
+    fn base(&mut self) -> &mut dyn BaseDriver {
+        &mut self.driver
+    }
+
+    fn pass(&mut self, span: Duration) {
+        for _ in 0..span.as_millis() / Rig::<ArcosEmulator>::BEAT.as_millis() {
+            let mut received: Vec<u8> = self.wire.0.lock().unwrap()[0].drain(..).collect();
+            if self.cut {
+                received.clear();
+            }
+            let mut answer = Vec::new();
+            self.rig.beat(&received, &mut answer);
+            if !self.cut {
+                self.wire.0.lock().unwrap()[1].extend(answer);
+            }
+        }
+    }
+
+    fn now(&self) -> Time {
+        self.rig.now()
+    }
+
+    fn moves(&self) -> Twist {
+        self.rig.truth().twist
+    }
+
+    fn cut(&mut self, cut: bool) -> bool {
+        self.cut = cut;
+        true
+    }
+
+    fn watchdog(&self) -> Duration {
+        Duration::from_secs(2)
+    }
+}
+
+mod pioneer {
+    orienteer_hardware::conformance!(super::Pioneer);
+}
+
+/// What a driver may do wrong, and the rule that finds it out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Slip {
+    Eager,
+    Backward,
+    TakesNanForSomething,
+    DoesNotStop,
+    OdometryJumps,
+    CountsTooLittle,
+    FromTheFuture,
+    NeverComes,
+}
+
+const SLIPS: [(Slip, &str); 8] = [
+    (Slip::Eager, "nothing_moves_before_it_is_meant_to"),
+    (Slip::Backward, "it_goes_as_it_is_told"),
+    (Slip::TakesNanForSomething, "what_is_no_number_moves_nothing"),
+    (Slip::DoesNotStop, "it_stops_by_all_means"),
+    (Slip::OdometryJumps, "odometry_goes_on"),
+    (Slip::CountsTooLittle, "odometry_goes_on"),
+    (Slip::FromTheFuture, "the_device_is_found"),
+    (Slip::NeverComes, "the_device_is_found"),
+];
+
+/// A simulated base whose driver slips.
+struct Slipping {
+    inner: Simulated,
+    slip: Slip,
+}
+
+impl BaseDriver for Slipping {
+    fn platform(&self) -> &Platform {
+        self.inner.driver.platform()
+    }
+
+    fn command(&mut self, now: Time, twist: Twist) -> Result<(), DriverError> {
+        let twist = match self.slip {
+            Slip::Eager => Twist::new(0.1, 0.0),
+            Slip::Backward => Twist::new(-twist.linear, twist.angular),
+            Slip::TakesNanForSomething if !twist.is_finite() => Twist::new(0.1, 0.0),
+            _ => twist,
+        };
+        self.inner.driver.command(now, twist)
+    }
+
+    fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        let mut odometry = self.inner.driver.poll(now)?;
+        match self.slip {
+            Slip::OdometryJumps if now > Time::from_secs_f64(5.0) => odometry.pose.x -= 1.0,
+            Slip::CountsTooLittle => odometry.travelled *= 0.8,
+            Slip::FromTheFuture => odometry.stamp = now + Duration::from_millis(50),
+            Slip::NeverComes => return Err(DriverError::Waiting { device: "it".into(), why: "it is far".into() }),
+            _ => {}
+        }
+        Ok(odometry)
+    }
+
+    fn stop(&mut self) {
+        if self.slip != Slip::DoesNotStop {
+            self.inner.driver.stop();
+        }
+    }
+}
+
+impl Bench for Slipping {
+    fn new() -> Self {
+        Self { inner: Simulated::of("p3dx"), slip: Slip::Eager }
+    }
+
+    fn base(&mut self) -> &mut dyn BaseDriver {
+        self
+    }
+
+    fn pass(&mut self, span: Duration) {
+        self.inner.now = self.inner.now + span;
+    }
+
+    fn now(&self) -> Time {
+        self.inner.now
+    }
+
+    fn moves(&self) -> Twist {
+        self.inner.driver.truth().unwrap().twist
+    }
+}
+
+#[test]
+fn whoever_slips_is_found_out() {
+    std::panic::set_hook(Box::new(|_| {}));
+    for (slip, rule) in SLIPS {
+        let breaks = |test: fn(&mut dyn Bench)| {
+            let mut bench = Slipping { slip, ..Slipping::new() };
+            catch_unwind(AssertUnwindSafe(|| test(&mut bench))).is_err()
+        };
+        let broken: Vec<_> = RULES.into_iter().filter(|(_, test)| breaks(*test)).map(|(name, _)| name).collect();
+        assert!(broken.contains(&rule), "{slip:?} breaks {broken:?}");
+    }
+}
