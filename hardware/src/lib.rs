@@ -3,7 +3,7 @@
 //! | layer | modules |
 //! |---|---|
 //! | devices as nodes | [`nodes`]: base and sonar, each over a driver |
-//! | what every driver has to do | [`conformance`]: as tests |
+//! | what every driver has to do | [`conformance`](mod@conformance): as tests |
 //! | devices elsewhere | [`remote`]: base and sonar in a process of their own |
 //! | drivers | [`driver`]: what one is; [`sim`]: simulated; [`log`]: played from a recorded log; [`fault`]: one that fails on purpose |
 //! | real devices | [`arcos`]: a session with a Pioneer; [`wire`]: the languages of real devices, as bytes and packets; [`line`](mod@line): serial ports and network connections |
