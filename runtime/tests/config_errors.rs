@@ -46,6 +46,9 @@ told! {
     name_of_run: with("links = \"shared\"", "run = \"my run\"");
     name_that_leaves_the_directory: with("name = \"office floor\"", "name = \"../evil\"");
     run_nobody_can_attach_to: with("links = \"shared\"", "links = \"local\"\nrun = \"office\"");
+    recording_without_its_ending: with("out/office.mcap", "worlds/");
+    recording_that_is_switched_off: with("enabled = true", "enabled = false");
+    hardware_at_no_place: with("name = \"ann\"", "name = \"ann\"\nhardware = \"elswhere\"");
     unknown_choice: with("links = \"shared\"", "links = \"shard\"");
     unknown_variant: with("kind = \"retreat\"", "kind = \"retreet\"");
     too_few_values: with("width = [1.0, 2.5]", "width = [1.0]");

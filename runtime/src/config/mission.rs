@@ -187,6 +187,7 @@ impl Mission {
         let world = world(&document, sources, &mut problems);
         let found = robots::all(&document, world.as_ref(), sources, catalog, &mut problems);
         let settings = settings(&document, sources, &mut problems);
+        check_record(&document, sources, &mut problems);
         Problems::check(problems)?;
 
         let mut settings = settings?;
@@ -228,6 +229,22 @@ fn settings(document: &Section, sources: &Sources, problems: &mut Vec<Problem>) 
         }
     }
     Ok(settings)
+}
+
+/// What is recorded must be told from what is not.
+fn check_record(document: &Section, sources: &Sources, problems: &mut Vec<Problem>) {
+    let Some(section) = document.section("record") else { return };
+    let Some(file) = section.text("file") else { return };
+    if matches!(section.table().get("enabled").map(toml::Spanned::get_ref), Some(super::document::Data::Flag(false))) {
+        let message = "`file` means nothing with `enabled = false`: nothing is recorded";
+        let problem = Problem::new(sources, &section.span_of_key("file"), message, "remove one of the two lines");
+        problems.push(problem.note(sources, &section.span_of_key("enabled"), "recording is switched off here"));
+    }
+    if file.strip_suffix(".mcap").is_none_or(|stem| stem.is_empty() || stem.ends_with('/')) {
+        let stem = file.trim_end_matches('/');
+        let hint = format!("call it `{}.mcap`; it goes into the output directory", if stem.is_empty() { "run" } else { stem });
+        problems.push(Problem::new(sources, &section.span_of("file"), "a recording has a name that ends in `.mcap`", hint));
+    }
 }
 
 /// The world, with its file read.

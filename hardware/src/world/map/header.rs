@@ -2,7 +2,7 @@
 
 use std::{ops::Range, path::PathBuf};
 
-use orienteer_runtime::geometry::Pose;
+use orienteer_runtime::{config::suggest, geometry::Pose};
 use serde::Deserialize;
 use serde_saphyr::{MessageFormatter, UserMessageFormatter};
 
@@ -21,7 +21,7 @@ pub enum Mode {
     Raw,
 }
 
-/// The YAML file of a ROS map. Keys that other tools add are ignored, as the map server does.
+/// The YAML file of a ROS map. Keys that other tools add are ignored, as the map server does, but not slips of the pen.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Header {
     /// The picture, relative to the YAML file.
@@ -56,6 +56,7 @@ impl Header {
             let message = UserMessageFormatter.format_message(error.without_snippet()).into_owned();
             MapError::Yaml { at: place_of(&error), message }
         })?;
+        slips(text)?;
         let within = |key: &'static str, value: f64, min, max| {
             let at = key_of(text, key.split(' ').next().unwrap_or_default());
             if (min..=max).contains(&value) { Ok(()) } else { Err(MapError::Range { at, key, value, min, max }) }
@@ -100,6 +101,22 @@ impl Header {
             Cell::Unknown
         }
     }
+}
+
+/// Keys without which a map can be read, so that nobody would miss them.
+const OPTIONAL: [&str; 2] = ["negate", "mode"];
+
+/// A key that looks like one of those that may be missing, and is not there, was meant for it.
+fn slips(text: &str) -> Result<(), MapError> {
+    let keys = || text.lines().filter_map(|line| line.split_once(':')).map(|(key, _)| key.trim_end());
+    let missing = || OPTIONAL.into_iter().filter(|optional| !keys().any(|key| key == *optional));
+    // Indented lines belong to another table.
+    for key in keys().filter(|key| key.chars().all(|c| c.is_alphanumeric() || c == '_') && !OPTIONAL.contains(key)) {
+        if let Some(question) = suggest::did_you_mean(key, missing()) {
+            return Err(MapError::Yaml { at: key_of(text, key), message: format!("unknown key `{key}`: {question}") });
+        }
+    }
+    Ok(())
 }
 
 fn place_of(error: &serde_saphyr::Error) -> Range<usize> {

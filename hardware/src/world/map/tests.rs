@@ -188,3 +188,19 @@ fn a_wrong_header_says_what_and_where() {
     let place = Header::parse(b"image: \xff\xfe").unwrap_err().place();
     assert_eq!(place, Some(7..8), "no text at all");
 }
+
+#[test]
+fn a_slip_in_a_key_that_may_be_missing_is_told() {
+    let map = |extra: &str| {
+        format!("image: a.png\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n{extra}")
+            .into_bytes()
+    };
+    for (extra, key) in [("negat: 1\n", "negate"), ("mod: raw\n", "mode"), ("negate: 0\nMode: raw\n", "mode")] {
+        let error = Header::parse(&map(extra)).unwrap_err();
+        assert!(error.to_string().contains(&format!("did you mean `{key}`?")), "{extra}: {error}");
+        assert!(error.place().is_some_and(|place| place.start > 80), "{extra}: {error:?}");
+    }
+    for extra in ["negate: 1\nmode: raw\nmod: 3\n", "author: me\nnodes:\n  negat: 1\n", "# negat: 1\n"] {
+        assert!(Header::parse(&map(extra)).is_ok(), "{extra}");
+    }
+}

@@ -99,7 +99,7 @@ pub struct WorldKeys {
 pub struct RecordKeys {
     /// False for none.
     pub enabled: bool,
-    /// The recording (`.mcap`); named after the mission unless given.
+    /// The recording (`.mcap`), in the output directory; named after the mission unless given.
     pub file: Option<String>,
 }
 
