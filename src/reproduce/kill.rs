@@ -9,8 +9,9 @@ mod axe;
 mod robot;
 
 use std::{
-    fs,
-    path::Path,
+    fmt::Write as _,
+    fs::{self, File},
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::{
         Mutex, PoisonError,
@@ -46,6 +47,11 @@ const PATIENCE: Duration = Duration::from_secs(40);
 /// How long what was taken away stays away, beyond the time in which the base must stand.
 const AWAY: Duration = Duration::from_millis(500);
 
+/// Processes whose suite was killed do not live for ever, s.
+const LONGEST: &str = "7200";
+/// How many lines of each log are shown when something goes wrong.
+const LAST_WORDS: usize = 12;
+
 /// What came of one blow.
 #[derive(Debug, Clone, Copy)]
 struct Felt {
@@ -54,7 +60,7 @@ struct Felt {
     stood: f64,
     /// Time from when all was back until it drove again, s.
     went_on: f64,
-    /// The collisions that it had.
+    /// What it ran into meanwhile.
     collisions: u32,
 }
 
@@ -91,12 +97,12 @@ fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
     let mut rows: Vec<Row> =
         BLOWS.iter().enumerate().flat_map(|(blow, axe)| rows_of(axe, felt.iter().filter(|felt| felt.blow == blow))).collect();
     rows.push(Row::exactly("blows that were felt, and after which all went on", all as f64, felt.len() as f64, ""));
-    rows.push(Row::exactly(
-        "robots that drove into something",
-        0.0,
-        felt.iter().map(|felt| f64::from(felt.collisions)).fold(0.0, f64::max),
-        "",
-    ));
+    let collisions = |sees: bool| {
+        let of = felt.iter().filter(|felt| BLOWS[felt.blow].base_still_sees() == sees);
+        of.map(|felt| f64::from(felt.collisions)).sum()
+    };
+    rows.push(Row::exactly("ran into something while its hardware lived", 0.0, collisions(true), ""));
+    rows.push(Row::information("ran into something before its watchdog stopped it", collisions(false), ""));
     let left = left_in_shared_memory().saturating_sub(before);
     rows.push(Row::exactly("files left in shared memory", 0.0, left as f64, ""));
     Ok(rows)
@@ -142,19 +148,37 @@ impl<'a> Crew<'a> {
     /// Starts whoever is not there.
     fn muster(&mut self) -> Result<(), SuiteError> {
         if self.hardware.is_none() {
-            self.hardware = Some(self.start(&["--quiet", "hardware", "mission.toml"])?);
+            self.hardware = Some(self.start("hardware", &["hardware", "mission.toml", "-v", "--for", LONGEST])?);
         }
         if self.mission.is_none() {
-            self.mission = Some(self.start(&["--quiet", "run", "mission.toml", "--no-record", "--out", "out"])?);
+            self.mission = Some(self.start("mission", &["run", "mission.toml", "-v", "--no-record", "--out", "out"])?);
         }
         Ok(())
     }
 
-    fn start(&self, arguments: &[&str]) -> Result<Child, SuiteError> {
+    fn start(&self, name: &str, arguments: &[&str]) -> Result<Child, SuiteError> {
         let program = std::env::current_exe().map_err(SuiteError::from_display)?;
+        let log = File::options().create(true).append(true).open(self.log(name)).map_err(SuiteError::from_display)?;
         let mut command = Command::new(program);
-        command.args(arguments).current_dir(self.folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command.args(arguments).current_dir(self.folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         command.spawn().map_err(SuiteError::from_display)
+    }
+
+    fn log(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{name}.log"))
+    }
+
+    /// What both said last.
+    fn last_words(&self) -> String {
+        let mut words = String::new();
+        for name in ["hardware", "mission"] {
+            let log = fs::read_to_string(self.log(name)).unwrap_or_default();
+            let lines: Vec<_> = log.lines().collect();
+            for line in &lines[lines.len().saturating_sub(LAST_WORDS)..] {
+                let _ = writeln!(words, "  {name}: {line}");
+            }
+        }
+        words
     }
 }
 
@@ -178,25 +202,35 @@ fn one_robot(number: u64, next: impl Fn() -> Option<usize>, felt: &Mutex<Vec<Fel
     fs::write(folder.path().join("mission.toml"), mission(&name, &robot.port)).map_err(SuiteError::from_display)?;
     let mut crew = Crew::new(folder.path());
     crew.muster()?;
-    robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} never drove")))?;
+    drives(&robot, &crew, "at the start")?;
     while let Some(blow) = next() {
         let axe = &BLOWS[blow];
-        robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} did not drive before: {}", axe.words)))?;
+        drives(&robot, &crew, &format!("before: {}", axe.words))?;
         thread::sleep(Duration::from_secs_f64(random.random_range(0.0..1.0)));
-        let began = Instant::now();
+        let (began, before) = (Instant::now(), robot.collisions());
         axe.strike(&mut crew, &robot);
         thread::sleep(Duration::from_secs_f64(PERIOD + WATCHDOG) + robot::BRAKING + AWAY);
         let stood = robot.stood_after(began).unwrap_or(f64::INFINITY);
         axe.heal(&mut crew, &robot);
         crew.muster()?;
         let back = Instant::now();
-        let drives =
-            robot.drives(PATIENCE).ok_or_else(|| SuiteError(format!("robot {number} did not go on after: {}", axe.words)))?;
-        let went_on = drives.saturating_duration_since(back).as_secs_f64();
-        let collisions = robot.collisions();
+        let when = drives(&robot, &crew, &format!("after: {}", axe.words))?;
+        let went_on = when.saturating_duration_since(back).as_secs_f64();
+        let collisions = robot.collisions() - before;
         felt.lock().unwrap_or_else(PoisonError::into_inner).push(Felt { blow, stood, went_on, collisions });
     }
     Ok(())
+}
+
+/// Waits until the robot drives.
+fn drives(robot: &Watched, crew: &Crew<'_>, what: &str) -> Result<Instant, SuiteError> {
+    robot.drives(PATIENCE).ok_or_else(|| {
+        SuiteError(format!(
+            "a robot did not drive {what}; it is {}, and they said last:\n{}",
+            robot.describe(),
+            crew.last_words()
+        ))
+    })
 }
 
 fn mission(name: &str, port: &str) -> String {
@@ -204,7 +238,7 @@ fn mission(name: &str, port: &str) -> String {
         r#"
 [mission]
 clock = "wall"
-duration = 100000
+duration = {LONGEST}
 run = "{name}"
 
 [[robot]]

@@ -37,6 +37,11 @@ pub const BLOWS: [Axe; 10] = [
 ];
 
 impl Axe {
+    /// True if the base's hardware lives and is heard: it must not run into anything, then.
+    pub fn base_still_sees(&self) -> bool {
+        matches!(self.what, What::Mission(_))
+    }
+
     /// Takes something away.
     pub fn strike(&self, crew: &mut Crew<'_>, robot: &Watched) {
         match self.what {

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orienteer_hardware::emulator::{ArcosEmulator, Caller, Port, Rig};
+use orienteer_hardware::emulator::{ArcosEmulator, Caller, Emulator, Port, Rig};
 use orienteer_runtime::geometry::{Pose, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -67,6 +67,8 @@ struct State {
     /// How it moved at the end of each beat.
     moved: VecDeque<(Instant, Twist)>,
     collisions: u32,
+    pose: Pose,
+    status: String,
 }
 
 impl Watched {
@@ -79,7 +81,13 @@ impl Watched {
         let rig = emulate::build(&options).map_err(SuiteError::from_display)?;
         let port = Port::open("tcp://127.0.0.1:0").map_err(SuiteError::from_display)?;
         let name = port.name().to_owned();
-        let state = Arc::new(Mutex::new(State { wire: Wire::Whole, moved: VecDeque::new(), collisions: 0 }));
+        let state = Arc::new(Mutex::new(State {
+            wire: Wire::Whole,
+            moved: VecDeque::new(),
+            collisions: 0,
+            pose: Pose::default(),
+            status: String::new(),
+        }));
         let quit = Arc::new(AtomicBool::new(false));
         let (watched, ended) = (state.clone(), quit.clone());
         let body = move || live(rig, port, &watched, &ended, seed);
@@ -94,6 +102,14 @@ impl Watched {
     /// What becomes of the bytes from now on.
     pub fn wire(&self, wire: Wire) {
         self.state().wire = wire;
+    }
+
+    /// Where it is and what it does.
+    pub fn describe(&self) -> String {
+        let state = self.state();
+        let Pose { x, y, heading } = state.pose;
+        let (speed, rate) = state.moved.back().map_or((0.0, 0.0), |(_, twist)| (twist.linear, twist.angular));
+        format!("at ({x:.2}, {y:.2}), {:.0}°, {speed:.2} m/s, {rate:.2} rad/s, {}", heading.to_degrees(), state.status)
     }
 
     pub fn collisions(&self) -> u32 {
@@ -183,7 +199,8 @@ fn spoil(bytes: &mut Vec<u8>, wire: Wire, random: &mut Pcg64) {
 fn note(state: &Mutex<State>, rig: &Rig<ArcosEmulator>) {
     let (now, truth) = (Instant::now(), rig.truth());
     let mut state = lock(state);
-    state.collisions = truth.collisions;
+    (state.collisions, state.pose) = (truth.collisions, truth.pose);
+    state.status = rig.emulator().status();
     state.moved.push_back((now, truth.twist));
     while state.moved.front().is_some_and(|(when, _)| now.duration_since(*when) > REMEMBERED) {
         state.moved.pop_front();

@@ -18,6 +18,8 @@ use crate::wire::arcos::{
 const BATTERY: u8 = 125;
 /// Newer models count positions with all 16 bits.
 const NEWER: &str = "-sh";
+/// A base that is slower than this does not move, m/s.
+const CREEPS: f64 = 0.01;
 /// What a transducer says that hears nothing, m.
 const FARTHEST: f64 = 5.0;
 
@@ -81,8 +83,9 @@ impl Feelings {
         let position = |metres: f64| whole(metres / self.units.distance).cast_unsigned() & self.mask;
         let speed = |metres: f64| whole(metres / self.units.speed);
         let half = odometry.twist.angular * self.units.tread / 2.0;
+        // A wheel stalls that is driven and does not turn; one that rests against a wall feels nothing.
         let touching = odometry.flags & (state::CONTACT | state::STALLED) != 0;
-        let stall = if touching { touch::STALL } else { 0 };
+        let stall = if touching && motors.are_driven() && odometry.twist.linear.abs() < CREEPS { touch::STALL } else { 0 };
         let (motors_on, sonars_on) = (u16::from(motors.are_on()) * flags::MOTORS, u16::from(self.listens) * flags::SONARS);
         Information {
             moving: !odometry.twist.is_stop(),

@@ -128,6 +128,11 @@ impl Motors {
         self.on
     }
 
+    /// True if they drive the base along.
+    pub fn are_driven(&self) -> bool {
+        self.linear.speed != 0.0
+    }
+
     /// Nobody is in charge any more.
     pub fn switch_off(&mut self) {
         self.on = false;

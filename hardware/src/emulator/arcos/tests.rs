@@ -198,9 +198,13 @@ fn a_wall_is_felt_as_a_stall() {
     // Straight on until it hits; the session knows nothing of walls.
     both.drive(40.0, Twist::new(0.3, 0.0));
     assert_eq!(both.rig.truth().collisions, 1);
-    assert!(both.odometry().flags & orienteer_runtime::topics::flags::STALLED != 0);
-    both.run(0.2);
-    assert!(both.rig.truth().twist.is_stop());
+    let stalls = |both: &mut Both| both.odometry().flags & orienteer_runtime::topics::flags::STALLED != 0;
+    assert!(stalls(&mut both));
+    // It rests there, backs off, and is free to do so.
+    both.run(2.0);
+    assert!(!stalls(&mut both) && both.rig.truth().twist.is_stop());
+    both.drive(2.0, Twist::new(-0.2, 0.0));
+    assert!(!stalls(&mut both) && both.rig.truth().twist.linear < -0.15);
 }
 
 #[test]
