@@ -176,10 +176,11 @@ fn a_recording_over_a_file_of_the_mission_is_refused() {
     assert!(code == 3 && errors.contains("left twice"), "{code} {errors}");
     assert_eq!(*Reader::open(folder.path().join("out/hallway.png")).unwrap().ending(), Ending::Complete);
 
-    let mission = folder.path().join("hallway.toml");
-    let text = fs::read_to_string(&mission).unwrap() + "\n[record]\nfile = \"../hallway.toml\"\n";
+    // However it is called.
+    let mission = folder.path().join("hallway.mcap");
+    let text = fs::read_to_string(folder.path().join("hallway.toml")).unwrap() + "\n[record]\nfile = \"../hallway.mcap\"\n";
     fs::write(&mission, &text).unwrap();
-    let (code, _, errors) = call(folder.path(), &["run", "hallway.toml", "--for", "1"]);
+    let (code, _, errors) = call(folder.path(), &["run", "hallway.mcap", "--for", "1"]);
     assert!(code == 2 && errors.contains("would overwrite"), "{code} {errors}");
     assert!(fs::read_to_string(&mission).unwrap() == text, "the mission has changed");
 }
