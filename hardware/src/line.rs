@@ -138,7 +138,7 @@ impl Line {
             // Nobody may be waiting any more.
             let _ = tell.send(open(&address, baud));
         };
-        match thread::Builder::new().name(format!("opens {}", self.address)).spawn(open) {
+        match thread::Builder::new().name("opens a line".to_owned()).spawn(open) {
             Ok(_) => self.state = State::Opening(answer),
             Err(error) => _ = self.shut(now, format!("it can't be opened: {error}")),
         }

@@ -43,6 +43,9 @@ impl FromStr for Address {
 
     fn from_str(text: &str) -> Result<Self, AddressError> {
         let refuse = |why| Err(AddressError { text: text.to_owned(), why });
+        if text.contains(char::is_control) {
+            return refuse("there are characters in it that nobody can see");
+        }
         let Some(place) = text.strip_prefix("tcp://") else {
             return match text {
                 _ if text.contains("://") => refuse("only `tcp://` is known"),
@@ -94,6 +97,8 @@ mod tests {
             ("tcp://host:0", "1 to 65535"),
             ("tcp://host:70000", "1 to 65535"),
             ("tcp://host:x", "1 to 65535"),
+            ("/dev/tty\0USB", "nobody can see"),
+            ("tcp://ho\nst:1", "nobody can see"),
         ] {
             let told = text.parse::<Address>().map_err(|error| error.to_string());
             assert!(told.as_ref().is_err_and(|told| told.contains(why)), "{text}: {told:?}");
