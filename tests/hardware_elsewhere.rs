@@ -56,7 +56,9 @@ impl Robot {
         let mut process = Process::start(folder, arguments);
         let lines = BufReader::new(process.0.stdout.take().unwrap()).lines();
         let (tell, told) = channel();
-        thread::spawn(move || lines.map_while(Result::ok).try_for_each(|line| tell.send(serde_json::from_str(&line).unwrap())));
+        // The last line of one that is killed may be cut off.
+        let whole = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str(&line).ok());
+        thread::spawn(move || whole.into_iter().try_for_each(|line| tell.send(line)));
         Self { told, _process: process }
     }
 

@@ -62,8 +62,16 @@ pub struct Port {
 }
 
 enum Door {
-    Tcp { listener: TcpListener, client: Option<TcpStream> },
-    Pty { master: TTYPort, called: bool, link: Option<PathBuf> },
+    Tcp {
+        listener: TcpListener,
+        client: Option<TcpStream>,
+    },
+    /// With a link to the terminal, if one was asked for: where it is, and where it leads.
+    Pty {
+        master: TTYPort,
+        called: bool,
+        link: Option<(PathBuf, PathBuf)>,
+    },
 }
 
 impl Port {
@@ -90,7 +98,8 @@ impl Port {
                     _ => listen(error),
                 })?;
             }
-            let name = link.as_ref().map_or(path, |link| link.display().to_string());
+            let name = link.as_ref().map_or_else(|| path.clone(), |link| link.display().to_string());
+            let link = link.map(|link| (link, PathBuf::from(path)));
             // The terminal is not kept open: so it shows when no client is there.
             (name, Door::Pty { master, called: false, link })
         } else {
@@ -153,7 +162,10 @@ impl Port {
 
 impl Drop for Port {
     fn drop(&mut self) {
-        if let Door::Pty { link: Some(link), .. } = &self.door {
+        // Somebody else may have put another in its place.
+        if let Door::Pty { link: Some((link, terminal)), .. } = &self.door
+            && fs::read_link(link).is_ok_and(|target| target == *terminal)
+        {
             let _ = fs::remove_file(link);
         }
     }

@@ -80,6 +80,13 @@ fn a_link_replaces_what_an_emulator_has_left_and_nothing_else() {
     let path = directory.path().join("port");
     symlink("/dev/pts/99999", &path).unwrap();
     assert!(Port::open(&format!("pty:{}", path.display())).is_ok());
+    let name = format!("pty:{}", path.display());
+    let first = Port::open(&name).unwrap();
+    let second = Port::open(&name).unwrap();
+    drop(first);
+    assert!(fs::symlink_metadata(&path).is_ok(), "that is the second one's");
+    drop(second);
+    assert!(fs::symlink_metadata(&path).is_err());
     fs::write(&path, "precious").unwrap();
     assert!(matches!(Port::open(&format!("pty:{}", path.display())), Err(PortError::Taken(_))));
     assert_eq!(fs::read(&path).unwrap(), b"precious");
