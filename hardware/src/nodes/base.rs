@@ -36,6 +36,8 @@ pub struct BaseNode {
     period: Duration,
     odometry: Option<Odometry>,
     report: MotionReport,
+    /// When the newest decision came.
+    decided: Time,
     /// The newest reading made sense.
     heard: bool,
     /// A scan has come.
@@ -73,6 +75,7 @@ impl BaseNode {
             period,
             odometry: None,
             report: MotionReport::default(),
+            decided: Time::START,
             heard: false,
             sees: false,
             disobeyed: None,
@@ -150,8 +153,8 @@ impl BaseNode {
         let period = self.period.as_secs_f64();
         let (twist, report) = self.executor.step(now, decision, &odometry, period);
         self.report = report;
-        // A decision may come from another process, which is taken at less than its word.
-        let valid_until = decision.valid_until.min(now + lease(self.period));
+        // It may have come from another process, which is taken at less than its word, and may have died since.
+        let valid_until = decision.valid_until.min(self.decided + lease(self.period));
         let demand = Demand { twist, valid_until, limits: decision.limits };
         let scans = inputs.each::<SonarScan>();
         self.sees |= !scans.is_empty();
@@ -213,6 +216,10 @@ impl BaseNode {
 
 impl Behaviour for BaseNode {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
+        // From another process it may come in either phase.
+        if inputs.fresh::<BaseDecision>().is_some() {
+            self.decided = now;
+        }
         match inputs.phase {
             Phase::Sense => self.sense(now, out),
             _ => self.act(now, inputs, out),

@@ -61,7 +61,7 @@ impl Presence {
         self.heard += 1;
         // A mission that begins anew counts anew.
         let last = self.pulse.filter(|last| pulse.seq > last.seq).map_or(pulse.seq.saturating_sub(1), |last| last.seq);
-        self.lost += pulse.seq - last - u64::from(pulse.seq > last);
+        self.lost = self.lost.saturating_add(pulse.seq.saturating_sub(last + 1));
         let is_new = self.pulse.is_none_or(|last| last.echo != pulse.echo);
         if is_new && pulse.echo > 0 && self.seq.checked_sub(pulse.echo).is_some_and(|ago| ago < REMEMBERED as u64) {
             self.round_trip = now.secs_since(self.sent[(pulse.echo % REMEMBERED as u64) as usize]);

@@ -96,6 +96,18 @@ impl Bench {
         (self.notes.lock().unwrap().commands.last().copied(), published)
     }
 
+    /// A control period in which nobody decides anything.
+    fn step_alone(&mut self) -> Option<Twist> {
+        self.now = self.now + PERIOD;
+        self.notes.lock().unwrap().commands.clear();
+        self.inputs.settle();
+        for phase in [Phase::Sense, Phase::Act] {
+            self.inputs.phase = phase;
+            self.node.step(self.now, &self.inputs, &mut self.out);
+        }
+        self.notes.lock().unwrap().commands.last().copied()
+    }
+
     fn with(&self, change: impl FnOnce(&mut Notes)) {
         change(&mut self.notes.lock().unwrap());
     }
@@ -117,6 +129,21 @@ fn odometry_that_makes_no_sense_goes_to_nobody_and_stops_the_base() {
         bench.with(|notes| notes.spoil = None);
         assert_eq!(bench.step(), (Some(Twist::new(0.2, 0.0)), true), "it is back");
     }
+}
+
+/// It may have come from another process, which may die after it, or never have meant well.
+#[test]
+fn a_decision_that_says_to_hold_for_ever_holds_for_two_periods_and_a_half() {
+    let mut bench = Bench::new();
+    bench.step();
+    let mut decision = *bench.inputs.latest::<BaseDecision>().unwrap();
+    decision.valid_until = Time::FAR;
+    bench.inputs.settle();
+    bench.inputs.put(decision);
+    bench.node.step(bench.now, &bench.inputs, &mut bench.out);
+    let told: Vec<_> = (0..4).map(|_| bench.step_alone()).collect();
+    let drives = Some(Twist::new(0.2, 0.0));
+    assert_eq!(told, [drives, drives, Some(Twist::STOP), Some(Twist::STOP)]);
 }
 
 #[test]
