@@ -11,12 +11,12 @@ use std::{
 use crate::{
     hardware::{
         base::{kinematics::BaseConfig, odometry::OdometryConfig, presets},
-        emulator::{ArcosEmulator, Caller, Make, Port, PortError, Rig},
+        emulator::{ArcosEmulator, Caller, Make, Port, Rig},
         rings::{self, NamedRing},
         sim::{Arena, SimBase, SimBodyConfig, SimSonar},
         wire::arcos::units::Units,
     },
-    mission::{embedded_files, open_world},
+    mission::{embedded_files, find_place, open_world},
     runtime::{
         config::{
             Problem, Problems, Sources,
@@ -117,25 +117,11 @@ fn open_arena(options: &Options) -> Result<std::sync::Arc<Arena>, Problems> {
 }
 
 fn place(start: &Start, arena: &Arena) -> Result<Pose, Problems> {
-    let places = &arena.world().places;
     match start {
-        Start::Anywhere => Ok(places.first().map_or_else(Pose::default, |place| place.pose)),
+        Start::Anywhere => Ok(arena.world().places.first().map_or_else(Pose::default, |place| place.pose)),
         Start::Pose(pose) => Ok(*pose),
-        Start::Place(name) => arena.world().place(name).ok_or_else(|| {
-            let names: Vec<_> = places.iter().map(|place| place.name.as_str()).collect();
-            let hint =
-                if names.is_empty() { "the world names no places".into() } else { format!("there are: {}", names.join(", ")) };
-            Problem::nowhere(format!("there is no place `{name}` in the world"), hint).into()
-        }),
+        Start::Place(name) => Ok(find_place(Some(arena), name).map_err(|(message, hint)| Problem::nowhere(message, hint))?),
     }
-}
-
-/// Opens the port at which clients find the robot.
-///
-/// # Errors
-/// If it is none, or nobody can listen there.
-pub fn open_port(name: &str) -> Result<Port, PortError> {
-    Port::open(name)
 }
 
 /// How the robot stands, after each beat.

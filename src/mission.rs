@@ -35,7 +35,7 @@ pub use compose::{Composed, compose, compose_hardware};
 pub use embedded::{EMBEDDED, embedded_files};
 pub use output::OutputError;
 pub use remarks::{Remark, several};
-pub(crate) use world::open_world;
+pub(crate) use world::{find_place, open_world};
 
 use crate::Registry;
 

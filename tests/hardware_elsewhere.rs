@@ -142,6 +142,37 @@ fn whoever_dies_the_robot_stands_and_goes_on_when_they_are_back() {
 }
 
 #[test]
+fn a_mission_with_another_configuration_does_not_touch_the_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let world = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/worlds/hallway.toml");
+    let mission = |file: &str, rate: u32, ring: &str| {
+        let text = format!(
+            "[mission]\nclock = 'wall'\nduration = 600\nrun = 'alike-{}'\ncontrol_rate_hz = {rate}\n[record]\nenabled = false\n\
+             [world]\nfile = '{world}'\n[[robot]]\nname = 'r'\nhardware = 'elsewhere'\n\
+             base = {{ driver = 'sim', platform = 'p3dx' }}\nstart.place = 'west end'\nsonar = {{ driver = 'sim', ring = '{ring}' }}\n\
+             [robot.agent.where-am-i]\n[robot.agent.corridor-follower]\nautostart = true\n",
+            std::process::id()
+        );
+        fs::write(at.join(file), text).unwrap();
+    };
+    mission("one.toml", 20, "p3dx-16");
+    mission("other.toml", 10, "denning-16");
+    let hardware = Process::start(at, &["hardware", "one.toml"]);
+    let run = |file| cli_support::call(at, &["run", file, "--for", "3", "--json", "--out", "out"]);
+    let (code, _, errors) = run("other.toml");
+    assert_eq!(code, 3, "{errors}");
+    assert!(errors.contains("its control rate is 20.000 Hz, the mission's 10.000 Hz, its sonar ring is another"), "{errors}");
+    assert!(errors.contains("the hardware was started with another configuration"), "{errors}");
+    let (code, said, errors) = run("one.toml");
+    let robot = &serde_json::from_str::<Value>(&said).unwrap()["robots"][0];
+    assert!(code == 0 && robot["distance_m"].as_f64().unwrap() > 0.1, "{code} {said} {errors}");
+    assert_eq!(hardware.end("-TERM"), Some(130));
+    let log = fs::read_to_string(at.join("hardware.log")).unwrap();
+    assert_eq!(log.matches("a mission drives").count(), 1, "{log}");
+}
+
+#[test]
 fn who_has_no_hardware_elsewhere_is_told_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     mission(folder.path());

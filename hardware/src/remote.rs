@@ -11,21 +11,24 @@
 //!
 //! The hardware owns a public run under the name that [`run_of`] gives it, and the very nodes run in it that would run in the mission:
 //! executor, protection and guard sit beside the driver. In the mission two nodes stand in for them, attach to that run as soon as it
-//! is there, and again when it has come back. Either side may start first, stop, or die; the base stands when it hears of no decision.
+//! is there, and again when it has come back; they work with none that was started with [another configuration](fingerprint()). Either side may start first, stop, or die; the base stands when it hears of no decision.
 //!
 //! Each side has a time of its own. What crosses the border is turned into the receiver's, by when either time began on the clock that
 //! all processes of a machine share.
 
 mod attachment;
 mod base;
+mod fingerprint;
 mod presence;
 mod sonar;
 
-use orienteer_runtime::topics::{
-    BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, SonarDecision, SonarScan, Truth,
+use orienteer_runtime::{
+    clock::Epoch,
+    topics::{BaseDecision, Fingerprint, HardwareState, MissionPulse, MotionReport, Odometry, SonarDecision, SonarScan, Truth},
 };
 
 pub use base::RemoteBase;
+pub use fingerprint::fingerprint;
 pub use presence::Presence;
 pub use sonar::RemoteSonar;
 
@@ -33,6 +36,19 @@ pub use sonar::RemoteSonar;
 #[must_use]
 pub fn run_of(mission: &str, robot: &str) -> String {
     format!("{mission}.{robot}")
+}
+
+/// Hardware in another process, as a mission knows it.
+#[derive(Debug, Clone)]
+pub struct RemoteHardware {
+    /// The run that it owns; see [`run_of`].
+    pub run: String,
+    /// The robot's name.
+    pub robot: String,
+    /// When the mission's own time began.
+    pub epoch: Epoch,
+    /// What its configuration must be like; see [`fingerprint`](fingerprint()).
+    pub fingerprint: Fingerprint,
 }
 
 /// A sample with times in it.

@@ -42,7 +42,7 @@ pub use arbitration::{ArbitrationRule, HeldBack};
 pub use base::{BaseClaim, BaseDecision, BaseNotice, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry, flags};
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
 pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
-pub use hardware::{HardwareState, MissionPulse};
+pub use hardware::{Fingerprint, HardwareState, MissionPulse};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
 

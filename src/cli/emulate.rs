@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     emulate::{self, Beat, Options, Start},
-    hardware::emulator::{Caller, Emulator},
+    hardware::emulator::{Caller, Emulator, Port},
     runtime::{
         fleet::{Ear, FleetControl},
         geometry::Pose,
@@ -28,7 +28,7 @@ pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
     };
     let mut rig = emulate::build(&options)?;
     let mut port =
-        emulate::open_port(&arguments.port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
+        Port::open(&arguments.port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
     let mut teller = Teller { to: arguments.json, status: String::new(), collisions: 0, told: Time::START };
     teller.say(&format!("{} at {}", options.robot, port.name()))?;
     let (control, mut failed) = (FleetControl::default(), None);

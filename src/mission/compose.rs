@@ -11,6 +11,7 @@ use orienteer_hardware::{
     driver::SonarDriver,
     drivers::{OpenBase, Site},
     nodes::{BaseNode, Guarded, NoSonar, SonarNode},
+    remote::{RemoteHardware, fingerprint},
     sim::{Arena, ArenaClock},
 };
 use orienteer_runtime::{
@@ -32,13 +33,13 @@ use orienteer_runtime::{
     recording::{RobotInfo, Source, Track},
     robot::RobotPlan,
     robot_model::Ring,
-    topics::ClientId,
+    topics::{ClientId, Fingerprint},
 };
 
 use super::{
     Loaded, RunError, elsewhere,
     remarks::{self, Remark},
-    world::open_world,
+    world::{find_place, open_world},
 };
 use crate::Registry;
 
@@ -200,19 +201,31 @@ impl<'a> RobotBuilder<'a> {
         sources: &mut Sources,
         noted: &mut Vec<Remark>,
     ) -> Result<RobotPlan, RunError> {
-        let Opened { ring, context, .. } = self.open(config, sources, noted)?;
-        let run = elsewhere::run(self.settings, config, sources)?;
-        let mut nodes = elsewhere::stand_ins(run, config, self.epoch, |client| self.of_node(&context, client));
+        let opened = self.open(config, sources, noted)?;
+        let hardware = RemoteHardware {
+            run: elsewhere::run(self.settings, config, sources)?,
+            robot: config.name.clone(),
+            epoch: self.epoch.clone(),
+            fingerprint: self.fingerprint(&opened),
+        };
+        let Opened { ring, context, .. } = opened;
+        let mut nodes = elsewhere::stand_ins(hardware, |client| self.of_node(&context, client));
         nodes.extend(self.minds(config, &context, sources)?);
         self.plan(config, &ring, nodes)
     }
 
     /// Base and sonar, for a mission in another process.
     fn hardware(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
-        let Opened { base, sonar, ring, context } = self.open(config, sources, noted)?;
-        let mut nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar)];
-        nodes.push(elsewhere::presence(&context, self.epoch));
+        let opened = self.open(config, sources, noted)?;
+        let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(&opened));
+        let Opened { base, sonar, ring, context } = opened;
+        let nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar), presence];
         self.plan(config, &ring, nodes)
+    }
+
+    fn fingerprint(&self, opened: &Opened) -> Fingerprint {
+        let Opened { base: OpenBase { driver, motion, protection, .. }, ring, .. } = opened;
+        fingerprint(driver.platform(), ring, motion, protection, self.period)
     }
 
     fn open(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<Opened, RunError> {
@@ -286,16 +299,8 @@ impl<'a> RobotBuilder<'a> {
         let pose = match &start.at {
             StartAt::Pose(pose) => *pose,
             StartAt::Place { name, heading } => {
-                let place = self.arena.and_then(|arena| arena.world().place(name));
-                let Some(place) = place else {
-                    let places = self.arena.map(|arena| arena.world().places.iter().map(|place| place.name.as_str()));
-                    let known = places.map(|names| names.collect::<Vec<_>>().join(", ")).unwrap_or_default();
-                    let hint =
-                        if known.is_empty() { "the world names no places".to_owned() } else { format!("there are: {known}") };
-                    return Err(
-                        Problem::new(sources, &start.span, format!("there is no place `{name}` in the world"), hint).into()
-                    );
-                };
+                let place = find_place(self.arena.map(|arena| &**arena), name)
+                    .map_err(|(message, hint)| Problem::new(sources, &start.span, message, hint))?;
                 Pose { heading: heading.unwrap_or(place.heading), ..place }
             }
         };

@@ -1,6 +1,6 @@
 //! Hardware that has a process of its own: which robot's, under which name, and what stands in for it.
 
-use orienteer_hardware::remote::{Presence, RemoteBase, RemoteSonar, run_of};
+use orienteer_hardware::remote::{Presence, RemoteBase, RemoteHardware, RemoteSonar, run_of};
 use orienteer_runtime::{
     agent::{Phase, RobotContext, Wiring},
     clock::Epoch,
@@ -10,7 +10,7 @@ use orienteer_runtime::{
         suggest,
     },
     host::{Factory, NodePlan},
-    topics::ClientId,
+    topics::{ClientId, Fingerprint},
 };
 
 use super::compose::{BASE, SONAR, once};
@@ -18,9 +18,7 @@ use super::compose::{BASE, SONAR, once};
 /// The robot of this name, if its hardware is elsewhere.
 pub(super) fn find<'a>(mission: &'a Mission, robot: &str, sources: &Sources) -> Result<&'a RobotConfig, Problems> {
     let Some(config) = mission.robots.iter().find(|config| config.name == robot) else {
-        let names = || mission.robots.iter().map(|robot| robot.name.as_str());
-        let list = format!("its robots are {}", suggest::list(names()));
-        let hint = suggest::did_you_mean(robot, names()).map_or(list.clone(), |question| format!("{question} ({list})"));
+        let hint = suggest::hint(robot, "its robots are", mission.robots.iter().map(|robot| robot.name.as_str()));
         return Err(Problem::nowhere(format!("the mission has no robot `{robot}`"), hint).into());
     };
     if config.hardware == HardwarePlace::Here {
@@ -52,37 +50,25 @@ pub(super) fn run(settings: &MissionKeys, config: &RobotConfig, sources: &Source
 }
 
 /// The nodes that stand in for base and sonar.
-pub(super) fn stand_ins(
-    run: String,
-    config: &RobotConfig,
-    epoch: &Epoch,
-    of_node: impl Fn(u16) -> RobotContext,
-) -> Vec<NodePlan> {
+pub(super) fn stand_ins(hardware: RemoteHardware, of_node: impl Fn(u16) -> RobotContext) -> Vec<NodePlan> {
     let (base, sonar) = (of_node(BASE), of_node(SONAR));
-    let (robot, period) = (config.name.clone(), base.period);
-    let of_base = (run.clone(), robot.clone(), epoch.clone());
-    let of_sonar = (run, robot, epoch.clone());
+    let (period, of_sonar) = (base.period, hardware.clone());
     vec![
-        plan(
-            base,
-            vec![Phase::Sense, Phase::Act],
-            RemoteBase::wiring(),
-            once(move || Ok(RemoteBase::new(of_base.0, of_base.1, of_base.2, period))),
-        ),
-        plan(
-            sonar,
-            vec![Phase::Sense],
-            RemoteSonar::wiring(),
-            once(move || Ok(RemoteSonar::new(of_sonar.0, of_sonar.1, of_sonar.2))),
-        ),
+        plan(base, vec![Phase::Sense, Phase::Act], RemoteBase::wiring(), once(move || Ok(RemoteBase::new(hardware, period)))),
+        plan(sonar, vec![Phase::Sense], RemoteSonar::wiring(), once(move || Ok(RemoteSonar::new(of_sonar)))),
     ]
 }
 
 /// The node beside base and sonar that says that they live.
-pub(super) fn presence(context: &RobotContext, epoch: &Epoch) -> NodePlan {
+pub(super) fn presence(context: &RobotContext, epoch: &Epoch, fingerprint: Fingerprint) -> NodePlan {
     let context = RobotContext { node: "presence".into(), client: ClientId::NONE, ..context.clone() };
     let epoch = epoch.clone();
-    plan(context, vec![Phase::Sense], Presence::wiring(), Box::new(move |_| Ok(Box::new(Presence::new(epoch.clone())))))
+    plan(
+        context,
+        vec![Phase::Sense],
+        Presence::wiring(),
+        Box::new(move |_| Ok(Box::new(Presence::new(epoch.clone(), fingerprint)))),
+    )
 }
 
 fn plan(context: RobotContext, phases: Vec<Phase>, wiring: Wiring, factory: Factory) -> NodePlan {

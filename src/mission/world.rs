@@ -11,8 +11,9 @@ use orienteer_runtime::{
         Problem, Problems, Section, Sources, Span,
         document::Data,
         mission::{WorldConfig, WorldKind},
-        validate,
+        suggest, validate,
     },
+    geometry::Pose,
     random::Streams,
 };
 
@@ -45,6 +46,17 @@ pub(crate) fn open_world(config: &WorldConfig, sources: &mut Sources, streams: S
     })?;
     let far = "bring its walls nearer to the origin";
     Ok(Arena::new(world, streams).map_err(|error| refuse(sources, config, &config.span, error.to_string(), far))?)
+}
+
+/// A place of the world by its name; otherwise what is wrong and a hint.
+pub(crate) fn find_place(arena: Option<&Arena>, name: &str) -> Result<Pose, (String, String)> {
+    let places = arena.map_or(&[][..], |arena| &arena.world().places);
+    if let Some(place) = places.iter().find(|place| place.name == name) {
+        return Ok(place.pose);
+    }
+    let names = places.iter().map(|place| place.name.as_str());
+    let hint = if places.is_empty() { "the world names no places".to_owned() } else { suggest::hint(name, "there are", names) };
+    Err((format!("there is no place `{name}` in the world"), hint))
 }
 
 fn refuse(sources: &Sources, config: &WorldConfig, at: &Span, message: String, hint: &str) -> Problem {

@@ -1,14 +1,15 @@
 //! The mission's hold on hardware elsewhere: found, lost, and found again.
 
-use std::time::Duration;
+use std::{borrow::Cow, time::Duration};
 
 use orienteer_runtime::{
     agent::{Level, Outputs},
-    clock::Epoch,
     link::{Bus, BusOptions, LinkError, RobotBus, Subscriber},
     time::Time,
     topics::HardwareState,
 };
+
+use super::{RemoteHardware, fingerprint::difference};
 
 /// Hardware that says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -22,13 +23,11 @@ pub(super) trait Ports: Sized {
 
 /// A node's ports to the hardware's process, when there is one.
 pub(super) struct Attachment<P> {
-    run: String,
-    robot: String,
-    epoch: Epoch,
+    hardware: RemoteHardware,
     held: Option<Held<P>>,
     /// When it was looked for last.
     tried: Option<Time>,
-    told: String,
+    told: Cow<'static, str>,
     /// Says what it waits for, and what it has found.
     speaks: bool,
 }
@@ -52,8 +51,8 @@ pub(super) struct Alive<'a, P> {
 }
 
 impl<P: Ports> Attachment<P> {
-    pub fn new(run: String, robot: String, epoch: Epoch, speaks: bool) -> Self {
-        Self { run, robot, epoch, held: None, tried: None, told: String::new(), speaks }
+    pub fn new(hardware: RemoteHardware, speaks: bool) -> Self {
+        Self { hardware, held: None, tried: None, told: Cow::Borrowed(""), speaks }
     }
 
     /// Hears whether the hardware lives, and looks for it if it does not.
@@ -62,13 +61,13 @@ impl<P: Ports> Attachment<P> {
             let (state, heard) = (&mut held.state, &mut held.heard);
             held.states.drain(|sample| (*state, *heard) = (Some(*sample), now));
             if now.since(held.heard) < SILENCE {
-                if held.state.is_some() {
-                    self.tell(out, "the hardware is there".to_owned());
+                if let Some(state) = held.state {
+                    self.remark(&state, out);
                 }
                 return;
             }
             self.held = None;
-            self.tell(out, "the hardware is gone; looking for it".to_owned());
+            self.tell(out, Level::WARN, "the hardware is gone; looking for it");
         }
         if self.tried.is_none_or(|tried| now.since(tried) >= AGAIN) {
             self.tried = Some(now);
@@ -76,30 +75,53 @@ impl<P: Ports> Attachment<P> {
                 Ok(held) => self.held = Some(held),
                 Err(LinkError::NoSuchRun { run }) => {
                     let hint = format!("start it with `orienteer hardware` and this configuration (run `{run}`)");
-                    self.tell(out, format!("waiting for the hardware of `{}`: {hint}", self.robot));
+                    self.tell(out, Level::WARN, format!("waiting for the hardware of `{}`: {hint}", self.hardware.robot));
                 }
-                Err(error) => self.tell(out, format!("the hardware can't be reached: {error}; {}", error.hint())),
+                Err(error) => self.tell(out, Level::WARN, format!("the hardware can't be reached: {error}; {}", error.hint())),
             }
         }
     }
 
-    /// What to work with; `None` before the hardware has said anything, and when it is gone.
+    /// What to work with; `None` before the hardware has said anything, when it is gone, and when it was started with another
+    /// configuration.
     pub fn alive(&mut self) -> Option<Alive<'_, P>> {
-        let own = self.epoch.nanos()?;
+        let own = self.hardware.epoch.nanos()?;
         let held = self.held.as_mut()?;
-        let state = held.state?;
+        let state = held.state.filter(|state| state.fingerprint == self.hardware.fingerprint)?;
         Some(Alive { ports: &mut held.ports, state, shift: state.epoch.cast_signed().wrapping_sub(own.cast_signed()) })
     }
 
+    /// True if hardware is there, but with another configuration.
+    pub fn is_another(&self) -> bool {
+        let state = self.held.as_ref().and_then(|held| held.state);
+        state.is_some_and(|state| state.fingerprint != self.hardware.fingerprint)
+    }
+
     fn attach(&self, now: Time) -> Result<Held<P>, LinkError> {
-        let bus = Bus::attach(&self.run, &BusOptions::default())?.robot(&self.robot)?.open();
+        let bus = Bus::attach(&self.hardware.run, &BusOptions::default())?.robot(&self.hardware.robot)?.open();
         Ok(Held { ports: P::open(&bus)?, states: bus.subscriber()?, state: None, heard: now })
     }
 
+    /// Says that the hardware is there, or why it is of no use.
+    fn remark(&mut self, state: &HardwareState, out: &mut Outputs) {
+        match difference(&state.fingerprint, &self.hardware.fingerprint) {
+            None => self.tell(out, Level::WARN, "the hardware is there"),
+            Some(difference) => {
+                let hint = "start both from the same configuration; until then nothing moves";
+                self.tell(
+                    out,
+                    Level::ERROR,
+                    format!("the hardware was started with another configuration: {difference}; {hint}"),
+                );
+            }
+        }
+    }
+
     /// Says what is new.
-    fn tell(&mut self, out: &mut Outputs, text: String) {
+    fn tell(&mut self, out: &mut Outputs, level: Level, text: impl Into<Cow<'static, str>>) {
+        let text = text.into();
         if self.speaks && self.told != text {
-            out.log(Level::WARN, &*text);
+            out.log(level, &*text);
         }
         self.told = text;
     }

@@ -4,14 +4,14 @@ use std::time::Duration;
 
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
-    clock::Epoch,
+    arbitration::lease,
     link::{LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
     topics::{BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, Truth},
 };
 
 use super::{
-    Stamped,
+    RemoteHardware, Stamped,
     attachment::{Alive, Attachment, Ports},
 };
 
@@ -50,11 +50,11 @@ impl Ports for BasePorts {
 }
 
 impl RemoteBase {
-    /// Stands in for the base of `robot`, whose hardware owns this run.
+    /// Stands in for the base of this hardware, in a mission with this control period.
     #[must_use]
-    pub fn new(run: String, robot: String, epoch: Epoch, period: Duration) -> Self {
+    pub fn new(hardware: RemoteHardware, period: Duration) -> Self {
         Self {
-            hardware: Attachment::new(run, robot, epoch, true),
+            hardware: Attachment::new(hardware, true),
             period,
             odometry: None,
             motion: MotionReport::default(),
@@ -83,7 +83,8 @@ impl RemoteBase {
         alive.ports.motion.drain(|sample| *motion = sample.shifted(shift));
         alive.ports.truth.drain(|sample| *truth = Some(sample.shifted(shift)));
         out.publish(alive.state.shifted(shift));
-        if let Some(odometry) = self.odometry {
+        // The hardware may be there and its base gone: what is old is not told again and again.
+        if let Some(odometry) = self.odometry.filter(|odometry| now.since(odometry.stamp) <= lease(self.period)) {
             out.publish(odometry);
             if !odometry.twist.is_stop() {
                 self.driving += self.period.as_secs_f64();
@@ -126,10 +127,10 @@ impl Behaviour for RemoteBase {
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         if self.hardware.alive().is_none() {
-            last_words.failure(if self.odometry.is_some() {
-                "the hardware was gone at the end"
-            } else {
-                "the hardware never was there"
+            last_words.failure(match (self.hardware.is_another(), &self.odometry) {
+                (true, _) => "the hardware was started with another configuration",
+                (false, Some(_)) => "the hardware was gone at the end",
+                (false, None) => "the hardware never was there",
             });
         }
         last_words.fact("driving_s", self.driving);

@@ -6,7 +6,7 @@ use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
     clock::Epoch,
     time::Time,
-    topics::{HardwareState, MissionPulse},
+    topics::{Fingerprint, HardwareState, MissionPulse},
 };
 
 /// A mission that says nothing for so long is gone.
@@ -19,6 +19,7 @@ const REMEMBERED: usize = 64;
 /// The hardware's word that it lives, and what it hears of the mission.
 pub struct Presence {
     epoch: Epoch,
+    fingerprint: Fingerprint,
     seq: u64,
     /// When the last samples were sent, by their number.
     sent: [Time; REMEMBERED],
@@ -33,11 +34,12 @@ pub struct Presence {
 }
 
 impl Presence {
-    /// Of hardware whose time begins at this epoch.
+    /// Of hardware whose time begins at this epoch, and whose configuration has this [fingerprint](super::fingerprint).
     #[must_use]
-    pub fn new(epoch: Epoch) -> Self {
+    pub fn new(epoch: Epoch, fingerprint: Fingerprint) -> Self {
         Self {
             epoch,
+            fingerprint,
             seq: 0,
             sent: [Time::START; REMEMBERED],
             pulse: None,
@@ -99,11 +101,30 @@ impl Behaviour for Presence {
             round_trip: self.round_trip,
             heard: self.heard,
             lost: self.lost,
+            fingerprint: self.fingerprint,
         });
     }
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         last_words.fact("pulses_heard", self.heard as f64);
         last_words.fact("pulses_lost", self.lost as f64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_that_are_missing_are_counted_whatever_their_numbers_are() {
+        let mut presence = Presence::new(Epoch::default(), Fingerprint::default());
+        let mut lost_after = |seq| {
+            presence.hear(Time::START, &MissionPulse { stamp: Time::START, seq, echo: u64::MAX });
+            presence.lost
+        };
+        // One in order, two that are missing, a mission that begins anew, one in order.
+        assert_eq!([1, 2, 5, 1, 2].map(&mut lost_after), [0, 0, 2, 2, 2]);
+        // Nobody who means well has such numbers.
+        assert_eq!([u64::MAX, 0, u64::MAX].map(lost_after), [u64::MAX - 1, u64::MAX - 1, u64::MAX]);
     }
 }

@@ -2,14 +2,13 @@
 
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Outputs, Wiring},
-    clock::Epoch,
     link::{LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
     topics::{SonarDecision, SonarScan},
 };
 
 use super::{
-    Stamped,
+    RemoteHardware, Stamped,
     attachment::{Attachment, Ports},
 };
 
@@ -31,11 +30,11 @@ impl Ports for SonarPorts {
 }
 
 impl RemoteSonar {
-    /// Stands in for the sonar of `robot`, whose hardware owns this run.
+    /// Stands in for the sonar of this hardware.
     #[must_use]
-    pub fn new(run: String, robot: String, epoch: Epoch) -> Self {
+    pub fn new(hardware: RemoteHardware) -> Self {
         // What there is to say, the base says.
-        Self { hardware: Attachment::new(run, robot, epoch, false), scans: 0 }
+        Self { hardware: Attachment::new(hardware, false), scans: 0 }
     }
 
     /// The topics that it reads and writes.

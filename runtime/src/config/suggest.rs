@@ -41,6 +41,16 @@ pub fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
+/// Both for a hint: the question, if there is one, and what there is, after words like `there are`.
+#[must_use]
+pub fn hint<'a>(name: &str, there_are: &str, candidates: impl Iterator<Item = &'a str> + Clone) -> String {
+    let all = format!("{there_are} {}", list(candidates.clone()));
+    match did_you_mean(name, candidates) {
+        Some(question) => format!("{question} ({all})"),
+        None => all,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@ use crate::time::Time;
 /// The hardware's side: it lives, and how well it hears the mission. Topic `hardware/state`, once a control period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::HardwareState.v1")]
+#[type_name("orienteer::HardwareState.v2")]
 pub struct HardwareState {
     /// When this was true.
     pub stamp: Time,
@@ -26,10 +26,29 @@ pub struct HardwareState {
     pub heard: u64,
     /// Words from the mission that were sent and have not come.
     pub lost: u64,
+    /// Of the configuration that the hardware was started with.
+    pub fingerprint: Fingerprint,
 }
 
 impl Payload for HardwareState {
     const TOPIC: &'static str = "hardware/state";
+}
+
+/// What tells one robot's configuration from another's, so that a mission does not reckon with a body that is not there.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
+#[repr(C)]
+#[type_name("orienteer::Fingerprint.v1")]
+pub struct Fingerprint {
+    /// The control period, ns.
+    pub period: u64,
+    /// Checksum of the body: its size, its limits, its accelerations.
+    pub platform: u32,
+    /// Checksum of the sonar ring.
+    pub ring: u32,
+    /// Checksum of how the base carries out motions, and protects itself.
+    pub protection: u32,
+    /// Always 0, so that no byte is without a meaning.
+    pub reserved: u32,
 }
 
 /// The mission's side: a word that it lives. Topic `hardware/pulse`, once a control period, in the hardware's time.

@@ -87,8 +87,7 @@ impl<'a> Checker<'a> {
         };
         let Some(info) = device.info(self.catalog, name) else {
             let message = format!("there is no {} driver `{name}`", device.key());
-            let list = format!("known are {}", suggest::list(all()));
-            let hint = suggest::did_you_mean(name, all()).map_or(list.clone(), |question| format!("{question} ({list})"));
+            let hint = suggest::hint(name, "known are", all());
             problems.push(Problem::new(self.sources, &section.span_of("driver"), message, hint));
             return None;
         };
