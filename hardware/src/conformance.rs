@@ -39,6 +39,7 @@
 //! }
 //! # for (name, rule) in orienteer_hardware::conformance::RULES { println!("{name}"); rule(&mut Simulated::new()); }
 //! ```
+// What breaks a rule fails a test.
 #![allow(clippy::panic)]
 
 use std::time::Duration;
@@ -98,34 +99,36 @@ pub trait Bench {
 /// A rule by its name.
 pub type Rule = (&'static str, fn(&mut dyn Bench));
 
-/// All rules.
-pub const RULES: [Rule; 9] = [
-    ("the_platform_makes_sense", the_platform_makes_sense),
-    ("the_device_is_found", the_device_is_found),
-    ("nothing_moves_before_it_is_meant_to", nothing_moves_before_it_is_meant_to),
-    ("it_goes_as_it_is_told", it_goes_as_it_is_told),
-    ("no_command_exceeds_the_limits", no_command_exceeds_the_limits),
-    ("what_is_no_number_moves_nothing", what_is_no_number_moves_nothing),
-    ("it_stops_by_all_means", it_stops_by_all_means),
-    ("odometry_goes_on", odometry_goes_on),
-    ("a_line_that_is_cut_is_noticed_and_mended", a_line_that_is_cut_is_noticed_and_mended),
-];
+/// Makes [`RULES`] and [`conformance!`](crate::conformance!) of one list.
+macro_rules! rules {
+    (($dollar:tt) $($rule:ident),+ $(,)?) => {
+        /// All rules.
+        pub const RULES: &[Rule] = &[$((stringify!($rule), $rule)),+];
 
-/// Makes a test of each rule for a [`Bench`].
-#[macro_export]
-macro_rules! conformance {
-    ($bench:ty) => {
-        $crate::conformance!(@ $bench:
-            the_platform_makes_sense, the_device_is_found, nothing_moves_before_it_is_meant_to, it_goes_as_it_is_told,
-            no_command_exceeds_the_limits, what_is_no_number_moves_nothing, it_stops_by_all_means, odometry_goes_on,
-            a_line_that_is_cut_is_noticed_and_mended);
+        /// Makes a test of each rule for a [`Bench`](crate::conformance::Bench).
+        #[macro_export]
+        macro_rules! conformance {
+            ($dollar bench:ty) => {
+                $(#[test]
+                fn $rule() {
+                    $crate::conformance::$rule(&mut <$dollar bench as $crate::conformance::Bench>::new());
+                })+
+            };
+        }
     };
-    (@ $bench:ty: $($rule:ident),+) => {
-        $(#[test]
-        fn $rule() {
-            $crate::conformance::$rule(&mut <$bench as $crate::conformance::Bench>::new());
-        })+
-    };
+}
+
+rules! {
+    ($)
+    the_platform_makes_sense,
+    the_device_is_found,
+    nothing_moves_before_it_is_meant_to,
+    it_goes_as_it_is_told,
+    no_command_exceeds_the_limits,
+    what_is_no_number_moves_nothing,
+    it_stops_by_all_means,
+    odometry_goes_on,
+    a_line_that_is_cut_is_noticed_and_mended,
 }
 
 /// What a beat has brought.
@@ -152,6 +155,12 @@ fn find(bench: &mut dyn Bench) -> Odometry {
         }
         assert!(bench.now() < give_up, "the device was not found within {COMES} s");
     }
+}
+
+/// The same; `None` if the device obeys nobody, so that most rules mean nothing to it.
+fn obedient(bench: &mut dyn Bench) -> Option<Odometry> {
+    let found = find(bench);
+    bench.obeys().then_some(found)
 }
 
 /// Drives for a while; gives the newest odometry.
@@ -187,10 +196,9 @@ pub fn the_device_is_found(bench: &mut dyn Bench) {
 
 /// Neither by being found, nor by being told to stand.
 pub fn nothing_moves_before_it_is_meant_to(bench: &mut dyn Bench) {
-    if !bench.obeys() {
+    if obedient(bench).is_none() {
         return;
     }
-    find(bench);
     drive(bench, Twist::STOP, 1.0);
     for _ in 0..100 {
         let _ = beat(bench);
@@ -200,10 +208,9 @@ pub fn nothing_moves_before_it_is_meant_to(bench: &mut dyn Bench) {
 
 /// Ahead, and to the left.
 pub fn it_goes_as_it_is_told(bench: &mut dyn Bench) {
-    if !bench.obeys() {
+    if obedient(bench).is_none() {
         return;
     }
-    find(bench);
     let (ahead, seconds) = half(bench);
     drive(bench, ahead, seconds);
     let speed = bench.moves().linear;
@@ -218,10 +225,9 @@ pub fn it_goes_as_it_is_told(bench: &mut dyn Bench) {
 
 /// Whatever is asked for.
 pub fn no_command_exceeds_the_limits(bench: &mut dyn Bench) {
-    if !bench.obeys() {
+    if obedient(bench).is_none() {
         return;
     }
-    find(bench);
     let limits = bench.base().platform().limits;
     for twist in [Twist::new(1e6, 0.0), Twist::new(0.0, -1e6), Twist::new(-1e6, 1e6)] {
         let until = bench.now() + Duration::from_secs(6);
@@ -239,10 +245,9 @@ pub fn no_command_exceeds_the_limits(bench: &mut dyn Bench) {
 
 /// NaN and infinity.
 pub fn what_is_no_number_moves_nothing(bench: &mut dyn Bench) {
-    if !bench.obeys() {
+    if obedient(bench).is_none() {
         return;
     }
-    find(bench);
     for twist in [Twist::new(f64::NAN, 0.0), Twist::new(0.0, f64::NAN), Twist::new(f64::INFINITY, 0.2)] {
         for _ in 0..100 {
             let now = bench.now();
@@ -255,10 +260,9 @@ pub fn what_is_no_number_moves_nothing(bench: &mut dyn Bench) {
 
 /// [`BaseDriver::stop`], with nobody who polls or commands afterwards but the guard.
 pub fn it_stops_by_all_means(bench: &mut dyn Bench) {
-    if !bench.obeys() {
+    if obedient(bench).is_none() {
         return;
     }
-    find(bench);
     let (ahead, seconds) = half(bench);
     drive(bench, ahead, seconds);
     bench.base().stop();
@@ -271,10 +275,7 @@ pub fn it_stops_by_all_means(bench: &mut dyn Bench) {
 
 /// It adds up to what the device did, never jumps, and never runs backward.
 pub fn odometry_goes_on(bench: &mut dyn Bench) {
-    let begun = find(bench);
-    if !bench.obeys() {
-        return;
-    }
+    let Some(begun) = obedient(bench) else { return };
     let (ahead, _) = half(bench);
     let (mut way, mut last) = (0.0, begun);
     let turns = if bench.base().platform().turning_radius == 0.0 { 0.3 } else { 0.0 };

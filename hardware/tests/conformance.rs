@@ -315,7 +315,7 @@ fn whoever_slips_is_found_out() {
             let mut bench = Slipping { slip, ..Slipping::new() };
             catch_unwind(AssertUnwindSafe(|| test(&mut bench))).is_err()
         };
-        let broken: Vec<_> = RULES.into_iter().filter(|(_, test)| breaks(*test)).map(|(name, _)| name).collect();
+        let broken: Vec<_> = RULES.iter().filter(|(_, test)| breaks(*test)).map(|(name, _)| *name).collect();
         assert!(broken.contains(&rule), "{slip:?} breaks {broken:?}");
     }
 }

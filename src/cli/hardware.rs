@@ -5,10 +5,10 @@ use std::time::Duration;
 use crate::{
     Registry,
     mission::{self, Recording, RunOptions},
-    runtime::{config::mission::HardwarePlace, fleet::Ended},
+    runtime::config::mission::HardwarePlace,
 };
 
-use super::{HardwareArguments, Outcome, Refusal, style};
+use super::{HardwareArguments, Outcome, Refusal, style, summary::conclude};
 
 /// Runs one robot's hardware until somebody stops it.
 pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Outcome, Refusal> {
@@ -46,12 +46,5 @@ pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Ou
         fact("driving_s"),
         fact("pulses_heard")
     ))?;
-    for failure in &ended.failures {
-        style::complain(failure, "everything else was done; the messages before this one say more");
-    }
-    Ok(match ended.ended {
-        Ended::Stopped => Outcome::Interrupted,
-        _ if !ended.failures.is_empty() => Outcome::Failed,
-        Ended::Complete | Ended::AllDone => Outcome::Well,
-    })
+    Ok(conclude(&ended))
 }

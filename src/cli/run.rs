@@ -5,10 +5,15 @@ use std::time::Duration;
 use crate::{
     Registry,
     mission::{self, EMBEDDED, Loaded, Recording, RunOptions},
-    runtime::{clock::Pace, config::mission::ClockKind, fleet::Ended, time::Time},
+    runtime::{clock::Pace, config::mission::ClockKind, time::Time},
 };
 
-use super::{Outcome, Refusal, RunArguments, progress::MissionWatch, style, summary::Summary};
+use super::{
+    Outcome, Refusal, RunArguments,
+    progress::MissionWatch,
+    style,
+    summary::{Summary, conclude},
+};
 
 /// Runs a mission and prints what came of it.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> Result<Outcome, Refusal> {
@@ -44,14 +49,7 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> Result<Outcome, Ref
     } else {
         style::print(&summary.text(style::Paint::stdout()))?;
     }
-    for failure in &ended.failures {
-        style::complain(failure, "everything else was done; the messages before this one say more");
-    }
-    Ok(match ended.ended {
-        Ended::Stopped => Outcome::Interrupted,
-        _ if !ended.failures.is_empty() => Outcome::Failed,
-        Ended::Complete | Ended::AllDone => Outcome::Well,
-    })
+    Ok(conclude(&ended))
 }
 
 fn pace(arguments: &RunArguments, loaded: &Loaded) -> Result<Option<Pace>, Refusal> {

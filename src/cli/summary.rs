@@ -10,9 +10,22 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::{
+    Outcome,
     style::{self, Paint},
     table::{Align, Table},
 };
+
+/// Says what failed, and how a command that ran a mission ends.
+pub fn conclude(ended: &mission::Outcome) -> Outcome {
+    for failure in &ended.failures {
+        style::complain(failure, "everything else was done; the messages before this one say more");
+    }
+    match ended.ended {
+        Ended::Stopped => Outcome::Interrupted,
+        _ if !ended.failures.is_empty() => Outcome::Failed,
+        Ended::Complete | Ended::AllDone => Outcome::Well,
+    }
+}
 
 /// The summary of a mission, as `--json` prints it.
 #[derive(Debug, Serialize)]
