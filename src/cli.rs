@@ -17,7 +17,7 @@ mod why;
 
 use std::{path::PathBuf, process::ExitCode};
 
-use crate::{Registry, emulate::Start, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
+use crate::{Registry, emulate::Start, hardware::line::mind_if_asked, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
 
 use refusal::Refusal;
@@ -294,6 +294,7 @@ pub(crate) struct ReproduceArguments {
 /// }
 /// ```
 pub fn main(registry: &Registry) -> ExitCode {
+    mind_if_asked();
     let Arguments { command, verbose, quiet } = Arguments::parse();
     progress::start_logging(verbose, quiet);
     let json = command.answers_in_json();

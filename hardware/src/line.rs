@@ -4,6 +4,7 @@
 //! there and return. One that breaks is opened anew every half second, for as long as somebody asks for what has come.
 
 mod address;
+mod minder;
 
 use std::{
     io::{self, Read, Write},
@@ -16,6 +17,7 @@ use std::{
 use orienteer_runtime::time::Time;
 
 pub use address::{Address, AddressError};
+pub use minder::{Minder, Minding, mind_if_asked};
 
 /// A line that could not be opened, or broke, is opened again after so long.
 const AGAIN: Duration = Duration::from_millis(500);
@@ -45,6 +47,7 @@ pub enum Standing {
 pub struct Line {
     address: Address,
     baud: u32,
+    minding: Option<Minding>,
     state: State,
     trouble: String,
 }
@@ -60,13 +63,26 @@ impl Line {
     /// A line that is opened when it is first asked for what has come. Only a serial port has a speed in `baud`.
     #[must_use]
     pub fn new(address: Address, baud: u32) -> Self {
-        Self { address, baud, state: State::Shut(None), trouble: "it is being opened".to_owned() }
+        Self { address, baud, minding: None, state: State::Shut(None), trouble: "it is being opened".to_owned() }
+    }
+
+    /// Has the line [minded](Minder): for a device that goes on when nobody speaks to it.
+    #[must_use]
+    pub fn minded(mut self, minding: Minding) -> Self {
+        self.minding = Some(minding);
+        self
     }
 
     /// A line that is open already, under a name: for tests, and for ways to a device that are no address. Once broken it stays so.
     #[must_use]
     pub fn over(name: &str, stream: Box<dyn Stream>) -> Self {
-        Self { address: Address::Serial { path: name.into() }, baud: 0, state: State::Open(stream), trouble: String::new() }
+        Self {
+            address: Address::Serial { path: name.into() },
+            baud: 0,
+            minding: None,
+            state: State::Open(stream),
+            trouble: String::new(),
+        }
     }
 
     /// Where it leads.
@@ -133,10 +149,14 @@ impl Line {
 
     fn begin_opening(&mut self, now: Time) {
         let (tell, answer) = mpsc::channel();
-        let (address, baud) = (self.address.clone(), self.baud);
+        let (address, baud, minding) = (self.address.clone(), self.baud, self.minding.clone());
         let open = move || {
+            let opened = match minding {
+                Some(minding) => minder::open(&address, baud, &minding),
+                None => connect(&address, baud),
+            };
             // Nobody may be waiting any more.
-            let _ = tell.send(open(&address, baud));
+            let _ = tell.send(opened);
         };
         match thread::Builder::new().name("opens a line".to_owned()).spawn(open) {
             Ok(_) => self.state = State::Opening(answer),
@@ -145,7 +165,8 @@ impl Line {
     }
 }
 
-fn open(address: &Address, baud: u32) -> io::Result<Box<dyn Stream>> {
+/// Opens a device itself. Waits for that.
+fn connect(address: &Address, baud: u32) -> io::Result<Box<dyn Stream>> {
     match address {
         Address::Serial { path } => {
             let port = serialport::new(path.to_string_lossy(), baud).timeout(Duration::ZERO);
