@@ -237,6 +237,7 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         period: composed.period,
         duration,
         pace,
+        leader: composed.leader,
         threads,
         recorder,
         control: options.control,

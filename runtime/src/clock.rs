@@ -52,6 +52,8 @@ pub struct Clock {
     period: Duration,
     tick: u64,
     started: Instant,
+    /// When step 0 was due, as the steps to come are counted.
+    origin: Instant,
     missed: u64,
 }
 
@@ -59,7 +61,8 @@ impl Clock {
     /// A clock at the start of a mission.
     #[must_use]
     pub fn new(pace: Pace, period: Duration) -> Self {
-        Self { pace, period, tick: 0, started: Instant::now(), missed: 0 }
+        let started = Instant::now();
+        Self { pace, period, tick: 0, started, origin: started, missed: 0 }
     }
 
     /// The time of the current step.
@@ -79,7 +82,7 @@ impl Clock {
     pub fn advance(&mut self) -> Duration {
         self.tick += 1;
         if self.pace == Pace::Wall {
-            let late = self.started.elapsed().saturating_sub(self.due());
+            let late = self.origin.elapsed().saturating_sub(self.due());
             let skipped = (late.as_nanos() / self.period.as_nanos().max(1)) as u64;
             self.tick += skipped;
             self.missed += skipped;
@@ -90,10 +93,10 @@ impl Clock {
     /// How long to wait for the step that comes next; nothing if it is due.
     #[must_use]
     pub fn remaining(&self) -> Duration {
-        if self.pace == Pace::AsFastAsPossible { Duration::ZERO } else { self.due().saturating_sub(self.started.elapsed()) }
+        if self.pace == Pace::AsFastAsPossible { Duration::ZERO } else { self.due().saturating_sub(self.origin.elapsed()) }
     }
 
-    /// Real time from the start to the step that comes next.
+    /// Real time from the origin to the step that comes next.
     fn due(&self) -> Duration {
         let simulated = self.simulated().since(Time::START);
         if let Pace::Factor(factor) = self.pace { simulated.div_f64(factor.max(1e-6)) } else { simulated }
@@ -102,8 +105,28 @@ impl Clock {
     /// Starts simulated time anew at the current step, so that a pause is not made up for.
     pub fn resume(&mut self) {
         if let Pace::Factor(_) = self.pace {
-            self.started = Instant::now().checked_sub(self.due()).unwrap_or_else(Instant::now);
+            self.next_is_due();
         }
+    }
+
+    /// At wall time: somebody else has set the beat, and all steps to come are counted from there. Who beats twice as fast as this clock
+    /// or faster is not followed: `false`.
+    pub fn follow(&mut self) -> bool {
+        let follows = self.pace == Pace::Wall && self.remaining() <= self.period / 2;
+        if follows {
+            self.next_is_due();
+        }
+        follows
+    }
+
+    fn next_is_due(&mut self) {
+        self.origin = Instant::now().checked_sub(self.due()).unwrap_or(self.origin);
+    }
+
+    /// How long a step may still wait for a beat that is somebody else's.
+    #[must_use]
+    pub fn grace(&self) -> Duration {
+        (self.due() + self.period / 2).saturating_sub(self.origin.elapsed())
     }
 
     /// Number of steps taken or skipped.

@@ -9,12 +9,14 @@
 mod conductor;
 mod control;
 mod crew;
+mod leader;
 mod pulse;
 mod signals;
 
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
+pub use leader::Leader;
 pub(crate) use pulse::{Died, Pulse};
 pub use signals::{Ear, Signals};
 
@@ -64,6 +66,8 @@ pub struct FleetPlan {
     pub duration: Option<Duration>,
     /// How time passes.
     pub pace: Pace,
+    /// At wall time: who sets the beat, if it is not the clock.
+    pub leader: Option<Leader>,
     /// Threads to spread the robots over; 1 runs everything on the caller's.
     pub threads: usize,
     /// Where the recording goes. Without one the robots' tracks are muted.

@@ -4,9 +4,11 @@
 //! waits for its answer before it tells the next, so the order is that of the plan whatever else the arbiter's run queue
 //! holds. At the end of the period it copies the robot's topics into the recording, if there is one. All nodes of a robot live on one arbiter.
 
-use std::{cell::RefCell, rc::Rc, sync::Arc};
+mod dialogue;
 
-use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture};
+use std::{cell::RefCell, rc::Rc, sync::Arc, time::Duration};
+
+use actix::{Actor, ActorFutureExt, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture, WrapFuture};
 
 use crate::{
     agent::{Phase, Tap, Wiring},
@@ -17,6 +19,7 @@ use crate::{
     recording::Track,
     time::Time,
 };
+use dialogue::Dialogue;
 
 /// A robot as it is planned, before it lives.
 pub struct RobotPlan {
@@ -28,6 +31,9 @@ pub struct RobotPlan {
     pub bus: RobotTicket,
     /// Encodes its part of the recording.
     pub track: Track,
+    /// Before it acts it rings for another process that is attached to its run, and waits so long for that to ring back. Without it, it
+    /// acts at once.
+    pub answered_within: Option<Duration>,
 }
 
 /// Take one control period. Answered by [`RobotStepped`] to the crew.
@@ -87,8 +93,11 @@ pub(crate) struct Robot {
     track: Rc<RefCell<Track>>,
     crew: Recipient<RobotStepped>,
     next: usize,
+    /// The time at which this period began, and the time that its nodes are told.
+    began: Time,
     now: Time,
     done: bool,
+    dialogue: Option<Dialogue>,
     pulse: Pulse,
 }
 
@@ -103,6 +112,7 @@ impl Robot {
         let track = Rc::new(RefCell::new(plan.track));
         let bus = plan.bus.open();
         let taps = if track.borrow().is_muted() { Vec::new() } else { taps(&plan.nodes, &bus)? };
+        let dialogue = plan.answered_within.map(|patience| Dialogue::new(&bus, patience, stopwatch)).transpose()?;
         let name = plan.name.clone();
         let mut failed = None;
         let robot = Robot::create(|context| {
@@ -115,8 +125,10 @@ impl Robot {
                 track: track.clone(),
                 crew,
                 next: 0,
+                began: Time::START,
                 now: Time::START,
                 done: false,
+                dialogue,
                 pulse,
             };
             if let Err(error) = robot.hire(plan.nodes, &bus, stopwatch, &track, &address) {
@@ -153,7 +165,11 @@ impl Robot {
     }
 
     /// Tells the next node to take its step, or reports the end of the period.
-    fn go_on(&mut self) {
+    fn go_on(&mut self, context: &mut Context<Self>) {
+        let acts = self.turns.get(self.next).is_some_and(|turn| turn.phase == Phase::Act);
+        if acts && self.asks(context) {
+            return;
+        }
         if let Some(turn) = self.turns.get(self.next) {
             self.next += 1;
             turn.node.do_send(Step { now: self.now, phase: turn.phase });
@@ -166,6 +182,19 @@ impl Robot {
             }
         }
         self.crew.do_send(RobotStepped { done: self.done });
+    }
+
+    /// Asks the other process, if there is one to be asked and that has not been done; true if the answer is to be waited for.
+    fn asks(&mut self, context: &mut Context<Self>) -> bool {
+        let dialogue = self.dialogue.as_mut().filter(|dialogue| !dialogue.over);
+        let Some(listening) = dialogue.and_then(Dialogue::ring) else { return false };
+        context.spawn(listening.listen().into_actor(self).map(|answer, robot, context| {
+            if let Some(dialogue) = &mut robot.dialogue {
+                robot.now = robot.began + dialogue.end(answer);
+            }
+            robot.go_on(context);
+        }));
+        true
     }
 }
 
@@ -185,19 +214,22 @@ impl Actor for Robot {
 impl Handler<StepRobot> for Robot {
     type Result = ();
 
-    fn handle(&mut self, step: StepRobot, _: &mut Context<Self>) {
-        (self.now, self.next, self.done) = (step.now, 0, false);
+    fn handle(&mut self, step: StepRobot, context: &mut Context<Self>) {
+        (self.began, self.now, self.next, self.done) = (step.now, step.now, 0, false);
         self.track.borrow_mut().begin(step.now);
-        self.go_on();
+        if let Some(dialogue) = &mut self.dialogue {
+            dialogue.begin();
+        }
+        self.go_on(context);
     }
 }
 
 impl Handler<Stepped> for Robot {
     type Result = ();
 
-    fn handle(&mut self, stepped: Stepped, _: &mut Context<Self>) {
+    fn handle(&mut self, stepped: Stepped, context: &mut Context<Self>) {
         self.done |= stepped.done;
-        self.go_on();
+        self.go_on(context);
     }
 }
 

@@ -46,6 +46,7 @@ fn a_paused_fleet_stands_still_until_it_may_step_and_a_stopped_one_ends() {
         period: Duration::from_millis(50),
         duration: None,
         pace: Pace::AsFastAsPossible,
+        leader: None,
         threads: 1,
         recorder: None,
         control,

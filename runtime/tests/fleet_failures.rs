@@ -85,6 +85,7 @@ fn bases_stop_at_the_end_even_if_the_disk_hangs() {
         period,
         duration: Some(Duration::from_secs(12)),
         pace: Pace::AsFastAsPossible,
+        leader: None,
         threads: 1,
         recorder: Some(Recorder::start(Sink::File(pipe), &mission, limits).unwrap()),
         control: FleetControl::default(),

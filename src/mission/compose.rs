@@ -25,7 +25,7 @@ use orienteer_runtime::{
         Mission, Problem, Problems, SourceId, Sources,
         mission::{ClockKind, HardwarePlace, MissionKeys, RecordKeys, RobotConfig, StartAt},
     },
-    fleet::{Environment, Still},
+    fleet::{Environment, Leader, Still},
     geometry::Pose,
     host::{Factory, NodePlan, panic_text},
     link::{Backend, Bus, BusOptions},
@@ -57,6 +57,8 @@ pub struct Composed {
     pub period: Duration,
     /// Learns when the mission's time begins.
     pub epoch: Epoch,
+    /// The robot elsewhere whose hardware sets the beat, if any has hardware elsewhere: the first.
+    pub leader: Option<Leader>,
     /// All files that it was read from.
     pub sources: Sources,
     /// The mission's own among them.
@@ -102,7 +104,7 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
     let arena = open_arena(&mission, &mut sources, streams)?;
     let settings = &mission.settings;
     let bus = Bus::open(settings.links, &BusOptions { run: settings.run.clone(), ..BusOptions::default() })?;
-    let (epoch, mut robots, mut remarks) = (Epoch::default(), Vec::new(), Vec::new());
+    let (epoch, mut robots, mut remarks, mut leader) = (Epoch::default(), Vec::new(), Vec::new(), None);
     let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
     for (number, config) in mission.robots.iter().enumerate() {
         builder.number = number;
@@ -111,13 +113,16 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
             HardwarePlace::Elsewhere => {
                 // Its drivers are asked what robot it is, and left alone. In this world there is no body of it.
                 let scratch = open_arena(&mission, &mut sources, streams)?;
+                let run = elsewhere::run(settings, config, &sources)?;
+                leader.get_or_insert(Leader { run, robot: config.name.clone() });
                 RobotBuilder { arena: scratch.as_ref(), ..builder }.without_hardware(config, &mut sources, &mut remarks)?
             }
         };
         robots.push(plan);
     }
     let period = builder.period;
-    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, epoch, sources, file, remarks })
+    let Mission { settings, record, .. } = mission;
+    Ok(Composed { settings, record, robots, arena, period, epoch, leader, sources, file, remarks })
 }
 
 /// Plans a fleet of one robot's hardware and nothing else, for a mission in another process.
@@ -136,7 +141,8 @@ pub fn compose_hardware(loaded: Loaded, registry: &Registry, seed: u64, robot: &
     let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
     let robots = vec![builder.hardware(config, &mut sources, &mut remarks)?];
     let period = builder.period;
-    Ok(Composed { settings: mission.settings, record: mission.record, robots, arena, period, epoch, sources, file, remarks })
+    let Mission { settings, record, .. } = mission;
+    Ok(Composed { settings, record, robots, arena, period, epoch, leader: None, sources, file, remarks })
 }
 
 fn open_arena(mission: &Mission, sources: &mut Sources, streams: Streams) -> Result<Option<Arc<Arena>>, Problems> {
@@ -220,7 +226,8 @@ impl<'a> RobotBuilder<'a> {
         let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(&opened));
         let Opened { base, sonar, ring, context } = opened;
         let nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar), presence];
-        self.plan(config, &ring, nodes)
+        let plan = self.plan(config, &ring, nodes)?;
+        Ok(RobotPlan { answered_within: Some(self.period / 2), ..plan })
     }
 
     fn fingerprint(&self, opened: &Opened) -> Fingerprint {
@@ -256,7 +263,7 @@ impl<'a> RobotBuilder<'a> {
     fn plan(&self, config: &RobotConfig, ring: &Ring, nodes: Vec<NodePlan>) -> Result<RobotPlan, RunError> {
         let name: Arc<str> = Arc::from(config.name.as_str());
         let track = Track::new(self.number, &name, (!ring.transducers.is_empty()).then_some(ring));
-        Ok(RobotPlan { bus: self.bus.robot(&name)?, track, nodes, name })
+        Ok(RobotPlan { bus: self.bus.robot(&name)?, track, nodes, name, answered_within: None })
     }
 
     fn open_devices(

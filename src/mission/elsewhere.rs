@@ -65,7 +65,7 @@ pub(super) fn presence(context: &RobotContext, epoch: &Epoch, fingerprint: Finge
     let epoch = epoch.clone();
     plan(
         context,
-        vec![Phase::Sense],
+        vec![Phase::Sense, Phase::Act],
         Presence::wiring(),
         Box::new(move |_| Ok(Box::new(Presence::new(epoch.clone(), fingerprint)))),
     )

@@ -5,7 +5,7 @@ use std::time::Duration;
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
     arbitration::lease,
-    link::{LinkError, Publisher, RobotBus, Subscriber},
+    link::{Bell, LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
     topics::{BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, Truth},
 };
@@ -35,6 +35,8 @@ struct BasePorts {
     truth: Subscriber<Truth>,
     decisions: Publisher<BaseDecision>,
     pulses: Publisher<MissionPulse>,
+    /// Wakes the hardware, which waits for the decision.
+    bell: Bell,
 }
 
 impl Ports for BasePorts {
@@ -45,6 +47,7 @@ impl Ports for BasePorts {
             truth: bus.subscriber()?,
             decisions: bus.publisher()?,
             pulses: bus.publisher()?,
+            bell: bus.bell()?,
         })
     }
 }
@@ -106,6 +109,7 @@ impl RemoteBase {
         let pulse = MissionPulse { stamp: now, seq: self.pulse, echo: alive.state.seq };
         let Alive { ports, .. } = alive;
         let sent = ports.decisions.publish(decision.shifted(theirs)).and_then(|_| ports.pulses.publish(pulse.shifted(theirs)));
+        ports.bell.ring();
         match sent {
             Ok(_) => self.failing = false,
             Err(error) if !self.failing => {

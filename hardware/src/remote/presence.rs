@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use orienteer_runtime::{
-    agent::{Behaviour, Finish, Inputs, Level, Outputs, Wiring},
+    agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
     clock::Epoch,
     time::Time,
     topics::{Fingerprint, HardwareState, MissionPulse},
@@ -16,7 +16,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Of so many samples it is known when they were sent.
 const REMEMBERED: usize = 64;
 
-/// The hardware's word that it lives, and what it hears of the mission.
+/// The hardware's word that it lives, and what it hears of the mission: in the sense phase, when it says so, and in the act phase, to
+/// which the mission's answer may have come.
 pub struct Presence {
     epoch: Epoch,
     fingerprint: Fingerprint,
@@ -28,6 +29,7 @@ pub struct Presence {
     came: Time,
     heard: u64,
     lost: u64,
+    answered: u64,
     round_trip: f64,
     /// Whether a mission drives, as far as people have been told.
     driven: Option<bool>,
@@ -46,6 +48,7 @@ impl Presence {
             came: Time::START,
             heard: 0,
             lost: 0,
+            answered: 0,
             round_trip: -1.0,
             driven: None,
         }
@@ -68,6 +71,7 @@ impl Presence {
         if is_new && pulse.echo > 0 && self.seq.checked_sub(pulse.echo).is_some_and(|ago| ago < REMEMBERED as u64) {
             self.round_trip = now.secs_since(self.sent[(pulse.echo % REMEMBERED as u64) as usize]);
         }
+        self.answered += u64::from(is_new && pulse.echo == self.seq);
         (self.pulse, self.came) = (Some(*pulse), now);
     }
 }
@@ -76,6 +80,9 @@ impl Behaviour for Presence {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
         for pulse in inputs.each::<MissionPulse>() {
             self.hear(now, pulse);
+        }
+        if inputs.phase != Phase::Sense {
+            return;
         }
         let driven = self.pulse.is_some() && now.since(self.came) < SILENCE;
         let text = match (self.driven, driven) {
@@ -101,6 +108,7 @@ impl Behaviour for Presence {
             round_trip: self.round_trip,
             heard: self.heard,
             lost: self.lost,
+            answered: self.answered,
             fingerprint: self.fingerprint,
         });
     }
@@ -108,6 +116,7 @@ impl Behaviour for Presence {
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
         last_words.fact("pulses_heard", self.heard as f64);
         last_words.fact("pulses_lost", self.lost as f64);
+        last_words.fact("answered", self.answered as f64);
     }
 }
 

@@ -9,6 +9,7 @@ const SLOW: Duration = Duration::from_secs(600);
 /// As if so much more time had passed since the mission started.
 fn pass(clock: &mut Clock, time: Duration) {
     clock.started -= time;
+    clock.origin -= time;
 }
 
 /// True if a wait is what is left of `expected` after the little time that the test takes.
@@ -93,4 +94,28 @@ fn steps_are_measured_at_wall_time_only() {
     for (pace, measures) in [(Pace::Wall, true), (Pace::AsFastAsPossible, false), (Pace::Factor(1.0), false)] {
         assert_eq!(Clock::stopwatch(pace).start().elapsed().is_some(), measures, "{pace:?}");
     }
+}
+
+/// Its own steps would be due at the full periods; the other's come a third later, and then its own are counted from there.
+#[test]
+fn at_wall_time_it_follows_somebody_elses_beat() {
+    let mut clock = Clock::new(Pace::Wall, PERIOD);
+    clock.advance();
+    pass(&mut clock, 4 * PERIOD / 3);
+    assert!(clock.remaining().is_zero() && is_about(clock.grace(), PERIOD / 6));
+    assert!(clock.follow());
+    let wait = clock.advance();
+    assert!(is_about(wait, PERIOD), "{wait:?}");
+    // Twice as fast as it should be.
+    pass(&mut clock, PERIOD / 3);
+    assert!(!clock.follow());
+    // Not there in time, nor half a period later.
+    pass(&mut clock, 7 * PERIOD / 6);
+    assert!(clock.grace().is_zero());
+    assert_eq!((clock.tick(), clock.missed()), (2, 0));
+}
+
+#[test]
+fn in_lockstep_nobody_else_sets_the_beat() {
+    assert!(![Pace::AsFastAsPossible, Pace::Factor(1.0)].into_iter().any(|pace| Clock::new(pace, PERIOD).follow()));
 }

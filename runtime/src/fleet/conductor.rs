@@ -2,12 +2,13 @@
 
 use std::{ops::ControlFlow, time::Duration};
 
-use actix::{Actor, Addr, Arbiter, AsyncContext, Context, Handler, Message};
+use actix::{Actor, ActorFutureExt, Addr, Arbiter, AsyncContext, Context, Handler, Message, WrapFuture};
 use tokio::sync::oneshot;
 
 use super::{
     Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse,
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
+    leader::Beat,
     signals::Ear,
 };
 use crate::{
@@ -43,6 +44,7 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
         done: 0,
         fleet_size,
         clock: Clock::new(plan.pace, plan.period),
+        beat: plan.leader.map(Beat::of),
         now: Time::START,
         last: plan.duration.map(|duration| Time::START + duration),
         environment: plan.environment,
@@ -169,6 +171,8 @@ struct Conductor {
     done: usize,
     fleet_size: usize,
     clock: Clock,
+    /// Away while somebody waits for it.
+    beat: Option<Beat>,
     now: Time,
     last: Option<Time>,
     environment: Box<dyn Environment>,
@@ -235,12 +239,26 @@ impl Conductor {
 
     /// Begins the next step when it is due, or at once if it is to be the last.
     fn wait_for_next(&mut self, context: &mut Context<Self>) {
-        let pause = self.clock.remaining();
+        let led = self.beat.as_ref().is_some_and(Beat::is_led);
+        let pause = if led { self.clock.grace() } else { self.clock.remaining() };
         if pause.is_zero() || self.control.is_stopped() {
             self.begin_step(context);
-        } else {
-            context.run_later(pause.min(STOP_POLL), Self::wait_for_next);
+            return;
         }
+        let pause = pause.min(STOP_POLL);
+        let Some(mut beat) = self.beat.take() else {
+            context.run_later(pause, Self::wait_for_next);
+            return;
+        };
+        let wait = async move { (beat.wait(pause).await, beat) };
+        context.spawn(wait.into_actor(self).map(|(rung, beat), conductor, context| {
+            conductor.beat = Some(beat);
+            if rung && conductor.clock.follow() {
+                conductor.begin_step(context);
+            } else {
+                conductor.wait_for_next(context);
+            }
+        }));
     }
 
     fn begin_step(&mut self, context: &mut Context<Self>) {

@@ -23,6 +23,9 @@ use crate::topics::limits;
 
 /// An event service; a topic of the same name would be another service.
 const SERVICE: &str = "bell";
+/// With what the bells of a run's owner ring, and those of attached processes.
+const OWNER: EventId = EventId::new(0);
+const ATTACHED: EventId = EventId::new(1);
 /// How long a waiter trusts that it would be woken. iceoryx2 0.10 can, very rarely, lose a wake-up.
 const BACKSTOP: Duration = Duration::from_millis(100);
 
@@ -69,12 +72,13 @@ pub enum Wake {
     Timeout,
 }
 
-/// Waits for the [`Bell`]s of the same robot in other processes. An attached process also hears its own.
+/// Waits for the [`Bell`]s of the same robot in other processes. An attached process also hears its own, unless it wants to hear
+/// [only the owner](Doorbell::of_the_owner).
 pub struct Doorbell {
     listener: WatchedListener,
-    /// What the bells of this process ring with, if it does not listen to itself.
-    own: Option<EventId>,
-    _claim: Arc<Claim>,
+    /// With what those bells ring that are none of its business.
+    deaf_to: Option<EventId>,
+    claim: Arc<Claim>,
 }
 
 impl Doorbell {
@@ -90,8 +94,23 @@ impl Doorbell {
             other => failed(&claim, other.to_string()),
         })?;
         let listener = WatchedListener::new(listener).map_err(|error| failed(&claim, error.to_string()))?;
-        let own = is_owner(&claim).then(|| event_of(&claim));
-        Ok(Self { listener, own, _claim: claim })
+        let deaf_to = is_owner(&claim).then_some(OWNER);
+        Ok(Self { listener, deaf_to, claim })
+    }
+
+    /// One that hears only the run's owner. In the owner's own process it hears nobody.
+    #[must_use]
+    pub fn of_the_owner(mut self) -> Self {
+        self.deaf_to = Some(if is_owner(&self.claim) { OWNER } else { ATTACHED });
+        self
+    }
+
+    /// Forgets who has rung since the last call; true if somebody had.
+    pub fn forget(&mut self) -> bool {
+        let mut others = false;
+        // One that can't be emptied will say so when it is waited for.
+        let _ = self.listener.empty(|id| others |= Some(id) != self.deaf_to);
+        others
     }
 
     /// Waits until somebody rings, 100 ms at most. Rings since the last call count.
@@ -102,7 +121,7 @@ impl Doorbell {
         let heard = tokio::time::timeout(BACKSTOP, async {
             loop {
                 let mut others = false;
-                self.listener.ready(|id| others |= Some(id) != self.own).await?;
+                self.listener.ready(|id| others |= Some(id) != self.deaf_to).await?;
                 if others {
                     return Ok(());
                 }
@@ -115,7 +134,7 @@ impl Doorbell {
                 // A wake-up may have been lost: empty the listener, so that the next ring wakes again.
                 let mut others = false;
                 self.listener
-                    .empty(|id| others |= Some(id) != self.own)
+                    .empty(|id| others |= Some(id) != self.deaf_to)
                     .map_err(|cause| LinkError::Transport { what: "a wait at a doorbell".into(), cause })?;
                 Ok(if others { Wake::Rung } else { Wake::Timeout })
             }
@@ -133,9 +152,9 @@ fn is_owner(claim: &Claim) -> bool {
     claim.bus().first_writer == 0
 }
 
-/// The owner of a run rings with 0, attached processes with 1.
+/// With what a process's bells ring.
 fn event_of(claim: &Claim) -> EventId {
-    EventId::new(usize::from(!is_owner(claim)))
+    if is_owner(claim) { OWNER } else { ATTACHED }
 }
 
 fn make_notifier(node: &Node<ipc::Service>, claim: &Claim) -> Result<Notifier<ipc::Service>, LinkError> {
@@ -152,7 +171,7 @@ fn open_service(node: &Node<ipc::Service>, claim: &Claim) -> Result<PortFactory<
         .max_nodes(limits::PROCESSES)
         .max_notifiers(limits::PROCESSES)
         .max_listeners(limits::PROCESSES)
-        .event_id_max_value(1)
+        .event_id_max_value(ATTACHED.as_value())
         .open_or_create()
         .map_err(|error| match error {
             EventOpenOrCreateError::EventOpenError(EventOpenError::ExceedsMaxNumberOfNodes) => too_many(claim),

@@ -26,6 +26,8 @@ pub struct HardwareState {
     pub heard: u64,
     /// Words from the mission that were sent and have not come.
     pub lost: u64,
+    /// Steps in which the mission answered what had been sensed before the base acted.
+    pub answered: u64,
     /// Of the configuration that the hardware was started with.
     pub fingerprint: Fingerprint,
 }

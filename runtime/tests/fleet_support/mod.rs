@@ -178,7 +178,7 @@ pub fn robot(number: usize, bus: &Bus, panic_at: Option<u64>) -> RobotPlan {
         ),
         node(&context, 4, Phase::Act, decisions, false, Box::new(|_| Ok(Box::new(Wheels::default())))),
     ];
-    RobotPlan { nodes, bus: bus.robot(&name).unwrap(), track: Track::new(number, &name, None), name }
+    RobotPlan { nodes, bus: bus.robot(&name).unwrap(), track: Track::new(number, &name, None), name, answered_within: None }
 }
 
 pub fn plan(robots: Vec<RobotPlan>, threads: usize) -> FleetPlan {
@@ -188,6 +188,7 @@ pub fn plan(robots: Vec<RobotPlan>, threads: usize) -> FleetPlan {
         period: Duration::from_millis(50),
         duration: Some(Duration::from_secs(5)),
         pace: Pace::AsFastAsPossible,
+        leader: None,
         threads,
         recorder: None,
         control: FleetControl::default(),
