@@ -204,9 +204,7 @@ impl Agent for CorridorFollower {
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {
-        let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone()).ok_or_else(|| {
-            BuildError::new("a corridor follower needs transducers that look ahead, to the left and to the right")
-        })?;
+        let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone()).map_err(BuildError::new)?;
         Ok(Self { follower, order: 0, done: 0, autostart: config.autostart, stretches: 0, endings: Default::default() })
     }
 }

@@ -17,7 +17,7 @@ use std::{
 use orienteer_runtime::{
     agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Wiring},
     geometry::Twist,
-    robot_model::Ring,
+    robot_model::{LookOut, Ring},
     time::Time,
     topics::{CorridorOrder, CorridorReport, Opening, PoseEstimate, SonarScan},
 };
@@ -88,14 +88,17 @@ const AHEAD: f64 = 0.65;
 #[derive(Debug, Clone)]
 struct Eyes {
     ring: Arc<Ring>,
-    front: usize,
-    flanks: [usize; 2],
+    look_out: LookOut,
 }
 
 impl Eyes {
-    fn of(ring: &Arc<Ring>) -> Option<Self> {
-        let (front, left, right) = (ring.facing(0.0)?, ring.facing(FRAC_PI_2)?, ring.facing(-FRAC_PI_2)?);
-        Some(Self { ring: ring.clone(), front, flanks: [left, right] })
+    fn of(ring: &Arc<Ring>) -> Result<Self, String> {
+        Ok(Self { look_out: ring.look_out()?, ring: ring.clone() })
+    }
+
+    /// Free distance from the robot's centre to what is ahead, m.
+    fn ahead(&self, scan: &SonarScan) -> Option<f64> {
+        self.look_out.ahead.iter().filter_map(|i| self.free(scan, *i)).min_by(f64::total_cmp)
     }
 
     /// Free distance from the robot's centre along a transducer's beam, m.
@@ -223,7 +226,7 @@ async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
     loop {
         let scan = pilot.next::<SonarScan>().await?;
         gaps.driven = pilot.latest::<PoseEstimate>().map_or(gaps.driven, |pose| pose.travelled - start);
-        for (side, flank) in eyes.flanks.iter().enumerate() {
+        for (side, flank) in eyes.look_out.flanks.iter().enumerate() {
             let Some(free) = eyes.free(&scan, *flank) else { continue };
             if free > half + OPEN {
                 let (from, _) = gaps.sides[side].unwrap_or((gaps.driven, 0.0));
@@ -233,7 +236,7 @@ async fn cross(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
                 walls[side] += 1;
             }
         }
-        let ahead = eyes.free(&scan, eyes.front).unwrap_or(0.0);
+        let ahead = eyes.ahead(&scan).unwrap_or(0.0);
         near_ahead = if ahead < AHEAD { near_ahead + 1 } else { 0 };
         if gaps.driven - moved.0 > 0.01 {
             moved = (gaps.driven, pilot.now());
@@ -282,8 +285,7 @@ impl Agent for Patrol {
         let mut wiring = Wiring::default();
         Self::topics(&mut wiring);
         let places = Rc::new(RefCell::new(0));
-        let eyes = Eyes::of(&robot.ring)
-            .ok_or_else(|| BuildError::new("a patrol needs transducers that look ahead, to the left and to the right"))?;
+        let eyes = Eyes::of(&robot.ring).map_err(BuildError::new)?;
         let (random, counter) = (robot.stream("ways"), places.clone());
         let script = Script::new(&wiring, move |pilot| patrol(pilot, config, eyes, random, counter));
         Ok(Self { script, places })

@@ -1,9 +1,11 @@
 //! What a robot is made of, as far as behaviours need to know: its body and its sonar ring.
 
+use std::f64::consts::FRAC_PI_2;
+
 use serde::Serialize;
 
 use crate::{
-    geometry::{Limits, Pose},
+    geometry::{Limits, Pose, angle},
     topics::FiringProgram,
 };
 
@@ -75,6 +77,15 @@ pub struct Ring {
     pub program: FiringProgram,
 }
 
+/// The transducers of a ring by which a robot finds its way along corridors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LookOut {
+    /// The one that looks ahead, or, where none does, those that look past it on either side and whose beams reach as far.
+    pub ahead: Vec<usize>,
+    /// Those that look to the left and to the right.
+    pub flanks: [usize; 2],
+}
+
 impl Ring {
     /// What no ring can be, if it is.
     #[must_use]
@@ -106,22 +117,49 @@ impl Ring {
         self.nearest_to(bearing).filter(|nearest| self.within(bearing, STRAIGHT).any(|within| within == *nearest))
     }
 
+    /// Who looks ahead, to the left and to the right; otherwise where nobody looks, in words.
+    ///
+    /// # Errors
+    /// The directions in which nobody looks.
+    pub fn look_out(&self) -> Result<LookOut, String> {
+        let (ahead, left, right) = (self.toward(0.0), self.facing(FRAC_PI_2), self.facing(-FRAC_PI_2));
+        let blind = [(ahead.is_empty(), "ahead"), (left.is_none(), "to the left"), (right.is_none(), "to the right")];
+        let blind: Vec<_> = blind.iter().filter(|(blind, _)| *blind).map(|(_, side)| *side).collect();
+        match (left, right) {
+            (Some(left), Some(right)) if blind.is_empty() => Ok(LookOut { ahead, flanks: [left, right] }),
+            _ => Err(format!("no transducer of `{}` looks {}", self.name, blind.join(" or "))),
+        }
+    }
+
+    /// The one that points there, or those on either side of it whose beams reach as far.
+    fn toward(&self, bearing: f64) -> Vec<usize> {
+        if let Some(one) = self.facing(bearing) {
+            return vec![one];
+        }
+        let off = |i: &usize| angle::turn(bearing, self.transducers[*i].mount.heading);
+        let reaches = |i: &usize| off(i).abs() <= self.transducers[*i].half_beam + 1e-9;
+        let reaching: Vec<_> = (0..self.transducers.len()).filter(reaches).collect();
+        let both = reaching.iter().any(|i| off(i) > 0.0) && reaching.iter().any(|i| off(i) < 0.0);
+        if both { reaching } else { Vec::new() }
+    }
+
     /// The transducer whose beam points nearest to `bearing` (rad, robot frame); `None` if the ring is empty.
     #[must_use]
     pub fn nearest_to(&self, bearing: f64) -> Option<usize> {
-        let off = |t: &Transducer| crate::geometry::angle::turn(t.mount.heading, bearing).abs();
+        let off = |t: &Transducer| angle::turn(t.mount.heading, bearing).abs();
         (0..self.transducers.len()).min_by(|a, b| off(&self.transducers[*a]).total_cmp(&off(&self.transducers[*b])))
     }
 
     /// Indices of the transducers whose beams point within `half_angle` of `bearing`, in ring order.
     pub fn within(&self, bearing: f64, half_angle: f64) -> impl Iterator<Item = usize> + '_ {
-        let inside = move |t: &Transducer| crate::geometry::angle::turn(t.mount.heading, bearing).abs() <= half_angle + 1e-9;
+        let inside = move |t: &Transducer| angle::turn(t.mount.heading, bearing).abs() <= half_angle + 1e-9;
         self.transducers.iter().enumerate().filter(move |(_, t)| inside(t)).map(|(i, _)| i)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
@@ -153,5 +191,23 @@ mod tests {
                 .flaw()
                 .is_some_and(|flaw| flaw.contains("transducer 1"))
         );
+    }
+
+    #[test]
+    fn a_pair_that_looks_past_it_on_either_side_looks_ahead() {
+        let ring = |bearings: &[f64]| {
+            let at =
+                |degrees: &f64| Transducer { mount: Pose::new(0.1, 0.0, degrees.to_radians()), half_beam: 15f64.to_radians() };
+            let transducers = bearings.iter().map(at).collect();
+            let (name, program) = ("ring".into(), FiringProgram::default());
+            Ring { name, transducers, min_range: 0.1, max_range: 5.0, slot_time: 0.01, program }
+        };
+        let seen = |ahead: &[usize], flanks| Ok(LookOut { ahead: ahead.to_vec(), flanks });
+        assert_eq!(ring(&[90.0, 15.0, -15.0, -90.0]).look_out(), seen(&[1, 2], [0, 3]));
+        assert_eq!(ring(&[90.0, 15.0, 5.0, -15.0, -90.0]).look_out(), seen(&[2], [0, 4]));
+        let blind = |bearings: &[f64]| ring(bearings).look_out().unwrap_err();
+        assert_eq!(blind(&[90.0, 15.0, -90.0]), "no transducer of `ring` looks ahead");
+        assert_eq!(blind(&[90.0, 16.0, -16.0, -90.0]), "no transducer of `ring` looks ahead");
+        assert_eq!(blind(&[0.0, 60.0]), "no transducer of `ring` looks to the left or to the right");
     }
 }

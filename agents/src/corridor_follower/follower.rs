@@ -1,10 +1,10 @@
 //! The manoeuvre: settle, follow, look past the corner, come back to the start pose, report.
 
-use std::{f64::consts::FRAC_PI_2, sync::Arc};
+use std::sync::Arc;
 
 use orienteer_runtime::{
     geometry::{Pose, Twist, angle},
-    robot_model::{Platform, Ring},
+    robot_model::{LookOut, Platform, Ring},
     time::Time,
     topics::{Odometry, Opening, SonarScan},
 };
@@ -19,8 +19,7 @@ pub struct Follower {
     config: CorridorFollowerConfig,
     ring: Arc<Ring>,
     platform: Arc<Platform>,
-    front: usize,
-    flanks: [usize; 2],
+    look_out: LookOut,
     stage: Stage,
     filter: Option<CorridorFilter>,
     odometry: Option<Pose>,
@@ -105,13 +104,13 @@ const HINDERED: f64 = 3.0;
 const ALIGNED: f64 = 0.03;
 
 impl Follower {
-    /// A follower for a robot with this ring and body; `None` if no transducer looks ahead, to the left or to the right.
-    #[must_use]
-    pub fn new(config: CorridorFollowerConfig, ring: Arc<Ring>, platform: Arc<Platform>) -> Option<Self> {
-        let (front, left, right) = (ring.facing(0.0)?, ring.facing(FRAC_PI_2)?, ring.facing(-FRAC_PI_2)?);
-        Some(Self {
-            front,
-            flanks: [left, right],
+    /// A follower for a robot with this ring and body.
+    ///
+    /// # Errors
+    /// If no transducer looks ahead, to the left or to the right.
+    pub fn new(config: CorridorFollowerConfig, ring: Arc<Ring>, platform: Arc<Platform>) -> Result<Self, String> {
+        Ok(Self {
+            look_out: ring.look_out()?,
             stage: Stage::Idle,
             filter: None,
             odometry: None,
@@ -225,8 +224,8 @@ impl Follower {
     }
 
     fn settle(&mut self) -> Wish {
-        let needed = [self.flanks[0], self.flanks[1], self.front];
-        if !needed.iter().all(|i| self.medians[*i].is_full()) {
+        let mut needed = self.look_out.flanks.iter().chain(&self.look_out.ahead);
+        if !needed.all(|i| self.medians[*i].is_full()) {
             return Wish::Drive(Twist::STOP);
         }
         let unheard = self.ring.max_range;
@@ -244,9 +243,14 @@ impl Follower {
         Wish::Drive(Twist::STOP)
     }
 
-    /// Clear distance ahead of the front transducer.
+    /// Clear distance ahead of the front transducers.
     fn ahead(&self) -> f64 {
-        self.medians[self.front].value()
+        self.look_out.ahead.iter().map(|i| self.medians[*i].value()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// How far before the robot's centre they are, m.
+    fn reach(&self) -> f64 {
+        self.look_out.ahead.first().map_or(0.0, |i| self.ring.transducers[*i].mount.x)
     }
 
     /// The near corner of the opening that is being passed: the mean of two that lie opposite each other.
@@ -314,7 +318,7 @@ impl Follower {
             (true, false) => Opening::Left,
             _ => Opening::Right,
         };
-        let at = corner - self.ring.transducers[self.front].mount.x;
+        let at = corner - self.reach();
         self.stage = Stage::Place { at, opening };
         self.stalled = None;
         self.place(now, at, opening)
@@ -377,7 +381,7 @@ impl Follower {
         Wish::Report {
             opening,
             width: self.filter.as_ref().map_or(0.0, CorridorFilter::width),
-            ahead: self.ahead() + self.ring.transducers[self.front].mount.x,
+            ahead: self.ahead() + self.reach(),
             length: self.path,
         }
     }

@@ -1,0 +1,49 @@
+//! Robots of several makes, each with its own ring, on the office floor.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use orienteer::{
+    Registry,
+    mission::{self, RunOptions},
+};
+
+fn patrol(platform: &str, ring: &str, seed: u64) -> mission::Outcome {
+    let world = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/worlds/office-floor.toml");
+    let text = format!(
+        "[mission]\nduration = 120\nlinks = 'direct'\n[record]\nenabled = false\n[world]\nfile = 'office-floor.toml'\n\
+         [[robot]]\nname = 'r'\nstart.place = 'south-west'\nbase = {{ driver = 'sim', platform = '{platform}' }}\n\
+         sonar = {{ driver = 'sim', ring = '{ring}' }}\n[robot.agent.where-am-i]\n[robot.agent.avoidance]\npriority = 10\n\
+         [robot.agent.corridor-follower]\npriority = 5\ncruise_speed = 0.3\n[robot.agent.patrol]\npriority = 4\n"
+    );
+    let files = [("mission.toml".to_owned(), text.into_bytes()), ("office-floor.toml".to_owned(), std::fs::read(world).unwrap())];
+    let loaded = mission::load_files(files, "mission.toml", &Registry::standard()).unwrap();
+    mission::run(loaded, &Registry::standard(), RunOptions { seed: Some(seed), ..RunOptions::default() }).unwrap()
+}
+
+/// Three seeds each: twelve patrols of two minutes, and none drives into anything.
+#[test]
+fn robots_with_a_ring_to_see_by_patrol_a_floor() {
+    for (platform, ring) in
+        [("p3dx", "p3dx-16"), ("amigobot", "amigobot-8"), ("b12-huey", "denning-16"), ("b12-luey", "luey-8-square")]
+    {
+        for seed in 1..=3 {
+            let outcome = patrol(platform, ring, seed);
+            let fact = |name| outcome.robots[0].fact(name).unwrap();
+            assert_eq!(fact("collisions"), 0.0, "{platform}, seed {seed}");
+            assert!(fact("distance_m") > 5.0, "{platform}, seed {seed}: {} m", fact("distance_m"));
+        }
+    }
+}
+
+#[test]
+fn where_a_ring_is_blind_is_told() {
+    let text = "[[robot]]\nname = 'r'\nbase = { driver = 'sim' }\nsonar = { driver = 'sim', custom = { transducer = [{ x = 0, y = 0, bearing_deg = 0 }, { x = 0, y = 0, bearing_deg = 90 }] } }\n\
+                [robot.agent.where-am-i]\n[robot.agent.corridor-follower]\nautostart = true\n";
+    let hall = "[world]\nfile = 'hall.toml'\n";
+    let files = [
+        ("mission.toml".to_owned(), format!("{hall}{text}").into_bytes()),
+        ("hall.toml".to_owned(), b"[[room]]\ncorners = [[-4, -4], [4, 4]]\n".to_vec()),
+    ];
+    let loaded = mission::load_files(files, "mission.toml", &Registry::standard()).unwrap();
+    let told = mission::run(loaded, &Registry::standard(), RunOptions::default()).map(|_| ()).unwrap_err().to_string();
+    assert!(told.contains("looks to the right"), "{told}");
+}
