@@ -34,7 +34,7 @@ use orienteer_runtime::{
     geometry::Twist,
     robot_model::{Platform, Ring},
     time::Time,
-    topics::{FiringProgram, Odometry, SonarScan, Truth},
+    topics::{FiringProgram, LineState, Odometry, SonarScan, Truth},
 };
 use thiserror::Error;
 
@@ -118,6 +118,11 @@ pub trait BaseDriver: Send {
         None
     }
 
+    /// How well the line to the base carries, if it is at the end of one. See [`BaseKind::HAS_LINE`](crate::drivers::BaseKind::HAS_LINE).
+    fn line(&self) -> Option<LineState> {
+        None
+    }
+
     /// Comes to rest by all means that are left, whatever was commanded. Must not fail or wait; called when everything else has.
     fn stop(&mut self);
 }
@@ -153,6 +158,10 @@ impl<D: BaseDriver + ?Sized> BaseDriver for Box<D> {
 
     fn truth(&self) -> Option<Truth> {
         (**self).truth()
+    }
+
+    fn line(&self) -> Option<LineState> {
+        (**self).line()
     }
 
     fn stop(&mut self) {

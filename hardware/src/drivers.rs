@@ -106,6 +106,8 @@ pub trait BaseKind {
     /// True if it drives a device that knows only real time. A mission on any other clock is refused: it would rush through, and
     /// no guard would stop the base when commands stop coming.
     const REAL_TIME: bool = false;
+    /// True if its drivers are at the end of a line, and tell of it with [`BaseDriver::line`].
+    const HAS_LINE: bool = false;
     /// Its keys, beside `driver`.
     type Config: DeserializeOwned + JsonSchema;
 
@@ -146,6 +148,8 @@ pub struct Kind<T> {
     pub info: DriverInfo,
     /// True if it needs `clock = "wall"`.
     pub real_time: bool,
+    /// True if its drivers are at the end of a line.
+    pub has_line: bool,
     open: Open<T>,
 }
 
@@ -179,8 +183,9 @@ impl Drivers {
     /// Adds a base driver. One of the same name is replaced.
     pub fn add_base<K: BaseKind>(&mut self) -> &mut Self {
         let open: Open<OpenBase> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
-        let info = info::<K::Config>(K::HELP, K::NEEDS_WORLD, BASE_TOPICS);
-        put(&mut self.bases, Kind { name: K::NAME, info, real_time: K::REAL_TIME, open });
+        let line = if K::HAS_LINE { LINE_TOPICS } else { &[] };
+        let info = info::<K::Config>(K::HELP, K::NEEDS_WORLD, &[BASE_TOPICS, line].concat());
+        put(&mut self.bases, Kind { name: K::NAME, info, real_time: K::REAL_TIME, has_line: K::HAS_LINE, open });
         self
     }
 
@@ -188,7 +193,7 @@ impl Drivers {
     pub fn add_sonar<K: SonarKind>(&mut self) -> &mut Self {
         let open: Open<Box<dyn SonarDriver>> = |keys, site| K::open(validate::read(keys, site.sources)?, site);
         let info = info::<K::Config>(K::HELP, K::NEEDS_WORLD, SONAR_TOPICS);
-        put(&mut self.sonars, Kind { name: K::NAME, info, real_time: K::REAL_TIME, open });
+        put(&mut self.sonars, Kind { name: K::NAME, info, real_time: K::REAL_TIME, has_line: false, open });
         self
     }
 
@@ -218,6 +223,7 @@ impl Drivers {
 }
 
 const BASE_TOPICS: &[&str] = &["base/odometry", "base/motion", "truth"];
+const LINE_TOPICS: &[&str] = &["base/line"];
 const SONAR_TOPICS: &[&str] = &["sonar/scan"];
 
 fn info<C: JsonSchema>(help: &str, needs_world: bool, writes: &[&str]) -> DriverInfo {

@@ -20,7 +20,7 @@ use orienteer_runtime::{
     geometry::{Pose, Twist},
     robot_model::{Platform, Ring},
     time::Time,
-    topics::{FiringProgram, Odometry, SonarScan, Truth},
+    topics::{FiringProgram, LineState, Odometry, SonarScan, Truth},
 };
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -125,6 +125,10 @@ impl<D: BaseDriver> BaseDriver for FaultInjector<D> {
 
     fn truth(&self) -> Option<Truth> {
         self.inner.truth()
+    }
+
+    fn line(&self) -> Option<LineState> {
+        self.inner.line()
     }
 
     /// A stop takes the same way as any command: with the link lost, only the base's own firmware can stop it.

@@ -49,6 +49,7 @@ pub struct Line {
     baud: u32,
     minding: Option<Minding>,
     state: State,
+    opened: u64,
     trouble: String,
 }
 
@@ -63,7 +64,7 @@ impl Line {
     /// A line that is opened when it is first asked for what has come. Only a serial port has a speed in `baud`.
     #[must_use]
     pub fn new(address: Address, baud: u32) -> Self {
-        Self { address, baud, minding: None, state: State::Shut(None), trouble: "it is being opened".to_owned() }
+        Self { address, baud, minding: None, state: State::Shut(None), opened: 0, trouble: "it is being opened".to_owned() }
     }
 
     /// Has the line [minded](Minder): for a device that goes on when nobody speaks to it.
@@ -81,6 +82,7 @@ impl Line {
             baud: 0,
             minding: None,
             state: State::Open(stream),
+            opened: 1,
             trouble: String::new(),
         }
     }
@@ -89,6 +91,12 @@ impl Line {
     #[must_use]
     pub fn address(&self) -> &Address {
         &self.address
+    }
+
+    /// How often it has been opened.
+    #[must_use]
+    pub fn opened(&self) -> u64 {
+        self.opened
     }
 
     /// Why it is down, in words that follow its address.
@@ -114,6 +122,7 @@ impl Line {
             }
             State::Opening(answer) => match answer.try_recv() {
                 Ok(Ok(stream)) => {
+                    self.opened += 1;
                     self.state = State::Open(stream);
                     Standing::Fresh
                 }

@@ -24,7 +24,10 @@ mod sonar;
 
 use orienteer_runtime::{
     clock::Epoch,
-    topics::{BaseDecision, Fingerprint, HardwareState, MissionPulse, MotionReport, Odometry, SonarDecision, SonarScan, Truth},
+    topics::{
+        BaseDecision, Fingerprint, HardwareState, LineState, MissionPulse, MotionReport, Odometry, SonarDecision, SonarScan,
+        Truth,
+    },
 };
 
 pub use base::RemoteBase;
@@ -49,6 +52,8 @@ pub struct RemoteHardware {
     pub epoch: Epoch,
     /// What its configuration must be like; see [`fingerprint`](fingerprint()).
     pub fingerprint: Fingerprint,
+    /// Its base is at the end of a line; see [`BaseKind::HAS_LINE`](crate::drivers::BaseKind::HAS_LINE).
+    pub has_line: bool,
 }
 
 /// A sample with times in it.
@@ -72,6 +77,7 @@ stamped! {
     Odometry: stamp;
     MotionReport: stamp;
     Truth: stamp;
+    LineState: stamp;
     HardwareState: stamp;
     SonarScan: stamp;
     BaseDecision: stamp, valid_until, since;

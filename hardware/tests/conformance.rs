@@ -221,6 +221,29 @@ mod pioneer {
     orienteer_hardware::conformance!(super::Pioneer);
 }
 
+#[test]
+fn a_driver_tells_how_well_its_line_carries() {
+    let mut pioneer = Pioneer::new();
+    let mut polls = |count: usize, cut: bool, garbage: &[u8]| {
+        pioneer.cut(cut);
+        pioneer.wire.0.lock().unwrap()[1].extend(garbage);
+        for _ in 0..count {
+            pioneer.pass(Duration::from_millis(10));
+            let _ = pioneer.driver.poll(pioneer.rig.now());
+        }
+        pioneer.driver.line().unwrap()
+    };
+    let silent = polls(10, true, &[]);
+    assert_eq!((silent.age, silent.packets, silent.opened), (-1.0, 0, 1));
+    let well = polls(300, false, &[]);
+    assert!(well.packets > 10 && (0.0..0.2).contains(&well.age) && well.broken == 0 && well.noise == 0, "{well:?}");
+    // Three bytes of no packet, and a packet with a checksum that is not its own.
+    let disturbed = polls(100, false, &[1, 2, 3, 0xFA, 0xFB, 3, 0x30, 0, 1]);
+    assert!(disturbed.broken == 1 && disturbed.noise >= 3 && disturbed.packets > well.packets, "{disturbed:?}");
+    let lost = polls(100, true, &[]);
+    assert!(lost.age > 0.9, "{lost:?}");
+}
+
 /// What a driver may do wrong, and the rule that finds it out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Slip {

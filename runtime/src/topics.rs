@@ -18,6 +18,7 @@
 //! | `pose` | [`PoseEstimate`] | where-am-i → everyone |
 //! | `corridor/order` | [`CorridorOrder`] | whoever plans → corridor follower |
 //! | `corridor/report` | [`CorridorReport`] | corridor follower → whoever plans |
+//! | `base/line` | [`LineState`] | base at the end of a line → recording, whoever watches |
 //! | `hardware/state` | [`HardwareState`] | hardware in a process of its own → mission |
 //! | `hardware/pulse` | [`MissionPulse`] | mission → hardware in a process of its own |
 //! | `truth` | [`Truth`] | simulated base → recording only |
@@ -42,7 +43,7 @@ pub use arbitration::{ArbitrationRule, HeldBack};
 pub use base::{BaseClaim, BaseDecision, BaseNotice, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry, flags};
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
 pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
-pub use hardware::{Fingerprint, HardwareState, MissionPulse};
+pub use hardware::{Fingerprint, HardwareState, LineState, MissionPulse};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
 

@@ -195,7 +195,7 @@ impl<'a> RobotBuilder<'a> {
     /// A robot with all its nodes.
     fn whole(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
         let Opened { base, sonar, ring, context } = self.open(config, sources, noted)?;
-        let mut nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar)];
+        let mut nodes = vec![self.base_node(config, &context, base, &ring), self.sonar_node(&context, sonar)];
         nodes.extend(self.minds(config, &context, sources)?);
         self.plan(config, &ring, nodes)
     }
@@ -213,6 +213,7 @@ impl<'a> RobotBuilder<'a> {
             robot: config.name.clone(),
             epoch: self.epoch.clone(),
             fingerprint: self.fingerprint(&opened),
+            has_line: self.has_line(config),
         };
         let Opened { ring, context, .. } = opened;
         let mut nodes = elsewhere::stand_ins(hardware, |client| self.of_node(&context, client));
@@ -225,7 +226,7 @@ impl<'a> RobotBuilder<'a> {
         let opened = self.open(config, sources, noted)?;
         let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(&opened));
         let Opened { base, sonar, ring, context } = opened;
-        let nodes = vec![self.base_node(&context, base, &ring), self.sonar_node(&context, sonar), presence];
+        let nodes = vec![self.base_node(config, &context, base, &ring), self.sonar_node(&context, sonar), presence];
         let plan = self.plan(config, &ring, nodes)?;
         Ok(RobotPlan { answered_within: Some(self.period / 2), ..plan })
     }
@@ -339,7 +340,11 @@ impl<'a> RobotBuilder<'a> {
         RobotContext { node: Arc::from(name), client, ..context.clone() }
     }
 
-    fn base_node(&self, context: &RobotContext, base: OpenBase, ring: &Ring) -> NodePlan {
+    fn has_line(&self, config: &RobotConfig) -> bool {
+        self.registry.drivers().base(&config.base.name).is_some_and(|kind| kind.has_line)
+    }
+
+    fn base_node(&self, config: &RobotConfig, context: &RobotContext, base: OpenBase, ring: &Ring) -> NodePlan {
         let OpenBase { driver, motion, protection, .. } = base;
         let (ring, period, wall, robot) = (ring.clone(), self.period, self.wall, context.robot.to_string());
         let begin = move || {
@@ -353,7 +358,7 @@ impl<'a> RobotBuilder<'a> {
         NodePlan {
             context: self.of_node(context, BASE),
             phases: vec![Phase::Sense, Phase::Act],
-            wiring: BaseNode::wiring(),
+            wiring: BaseNode::wiring(self.has_line(config)),
             claims: false,
             deadline: self.period,
             factory: once(begin),

@@ -52,9 +52,14 @@ pub(super) fn run(settings: &MissionKeys, config: &RobotConfig, sources: &Source
 /// The nodes that stand in for base and sonar.
 pub(super) fn stand_ins(hardware: RemoteHardware, of_node: impl Fn(u16) -> RobotContext) -> Vec<NodePlan> {
     let (base, sonar) = (of_node(BASE), of_node(SONAR));
-    let (period, of_sonar) = (base.period, hardware.clone());
+    let (period, has_line, of_sonar) = (base.period, hardware.has_line, hardware.clone());
     vec![
-        plan(base, vec![Phase::Sense, Phase::Act], RemoteBase::wiring(), once(move || Ok(RemoteBase::new(hardware, period)))),
+        plan(
+            base,
+            vec![Phase::Sense, Phase::Act],
+            RemoteBase::wiring(has_line),
+            once(move || Ok(RemoteBase::new(hardware, period))),
+        ),
         plan(sonar, vec![Phase::Sense], RemoteSonar::wiring(), once(move || Ok(RemoteSonar::new(of_sonar)))),
     ]
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use orienteer_runtime::{
     geometry::Twist,
     time::Time,
-    topics::{Odometry, SonarScan},
+    topics::{LineState, Odometry, SonarScan},
 };
 
 use super::{Profile, Session, State};
@@ -28,8 +28,9 @@ pub struct Client {
     trying: usize,
     /// The base has spoken over this line, at whatever time.
     known: bool,
-    /// When it was polled last.
+    /// When it was polled last, and when a whole packet came last.
     now: Time,
+    packet: Option<Time>,
     heard: Vec<u8>,
     said: Vec<u8>,
 }
@@ -56,6 +57,7 @@ impl Client {
             trying: 0,
             known: false,
             now: Time::START,
+            packet: None,
             heard: Vec::new(),
             said: Vec::new(),
         }
@@ -78,7 +80,11 @@ impl Client {
         if standing == Standing::Fresh {
             self.session.begin_anew();
         }
+        let before = self.session.counts().frames;
         self.session.receive(now, &self.heard);
+        if self.session.counts().frames > before {
+            self.packet = Some(now);
+        }
         if standing != Standing::Down {
             self.say(Session::transmit);
             self.try_another_speed();
@@ -90,6 +96,20 @@ impl Client {
                 Ok(odometry)
             }
             _ => Err(self.trouble(standing)),
+        }
+    }
+
+    /// How well the line carries.
+    #[must_use]
+    pub fn line_state(&self) -> LineState {
+        let counts = self.session.counts();
+        LineState {
+            stamp: self.now,
+            age: self.packet.map_or(-1.0, |packet| self.now.secs_since(packet)),
+            opened: self.line.opened(),
+            packets: counts.frames,
+            broken: counts.broken,
+            noise: counts.noise,
         }
     }
 

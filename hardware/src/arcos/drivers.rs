@@ -4,7 +4,7 @@ use orienteer_runtime::{
     geometry::Twist,
     robot_model::{Platform, Ring},
     time::Time,
-    topics::{FiringProgram, Odometry, SonarScan},
+    topics::{FiringProgram, LineState, Odometry, SonarScan},
 };
 
 use super::client::{Client, SharedClient};
@@ -53,6 +53,10 @@ impl BaseDriver for ArcosBase {
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         self.client.lock().poll(now)
+    }
+
+    fn line(&self) -> Option<LineState> {
+        Some(self.client.lock().line_state())
     }
 
     fn stop(&mut self) {

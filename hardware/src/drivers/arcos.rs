@@ -56,6 +56,7 @@ impl BaseKind for ArcosBaseKind {
     const NAME: &'static str = "arcos";
     const HELP: &'static str = "a Pioneer, AmigoBot or other base that speaks ARCOS, over a serial port or TCP";
     const REAL_TIME: bool = true;
+    const HAS_LINE: bool = true;
     type Config = ArcosBaseConfig;
 
     fn open(config: ArcosBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {

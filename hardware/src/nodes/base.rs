@@ -7,7 +7,7 @@ use orienteer_runtime::{
     arbitration::lease,
     robot_model::Ring,
     time::Time,
-    topics::{BaseDecision, MotionReport, Odometry, SonarScan, Truth, flags},
+    topics::{BaseDecision, LineState, MotionReport, Odometry, SonarScan, Truth, flags},
 };
 
 use crate::{
@@ -94,12 +94,15 @@ impl BaseNode {
         self
     }
 
-    /// The topics that it reads and writes.
+    /// The topics that it reads and writes, if its driver has a line or has none.
     #[must_use]
-    pub fn wiring() -> Wiring {
+    pub fn wiring(has_line: bool) -> Wiring {
         let mut wiring = Wiring::default();
         wiring.reads::<BaseDecision>().reads::<SonarScan>();
         wiring.writes::<Odometry>().writes::<MotionReport>().writes::<Truth>();
+        if has_line {
+            wiring.writes::<LineState>();
+        }
         wiring
     }
 
@@ -124,6 +127,9 @@ impl BaseNode {
         }
         if let Some(truth) = self.driver.truth() {
             out.publish(truth);
+        }
+        if let Some(line) = self.driver.line() {
+            out.publish(line);
         }
         out.publish(self.report);
     }

@@ -11,7 +11,7 @@ use orienteer_runtime::{
     geometry::Twist,
     robot_model::Platform,
     time::Time,
-    topics::{Odometry, Truth},
+    topics::{LineState, Odometry, Truth},
 };
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
@@ -59,6 +59,7 @@ struct State {
     fresh_command: bool,
     odometry: Option<Odometry>,
     truth: Option<Truth>,
+    line: Option<LineState>,
     /// Why the newest reading, and the newest command, failed; `None` once it has been told.
     unread: Option<DriverError>,
     disobeyed: Option<DriverError>,
@@ -85,6 +86,7 @@ impl Guarded {
             fresh_command: false,
             odometry,
             truth: driver.truth(),
+            line: driver.line(),
             unread: None,
             disobeyed: None,
             deaf: false,
@@ -145,8 +147,8 @@ impl State {
     }
 
     /// What came of reading the driver and of commanding it.
-    fn note(&mut self, measured: Result<Odometry, DriverError>, commanded: Result<(), DriverError>, truth: Option<Truth>) {
-        self.truth = truth;
+    fn note(&mut self, measured: Result<Odometry, DriverError>, commanded: Result<(), DriverError>, driver: &dyn BaseDriver) {
+        (self.truth, self.line) = (driver.truth(), driver.line());
         self.deaf = measured.is_err();
         match measured {
             Ok(odometry) => (self.odometry, self.unread) = (Some(odometry), None),
@@ -219,7 +221,7 @@ fn serve(driver: &mut dyn BaseDriver, shared: &Shared) {
             // It may still carry out the command before.
             driver.stop();
         }
-        shared.lock().note(measured, commanded, driver.truth());
+        shared.lock().note(measured, commanded, driver);
     }
 }
 
@@ -256,6 +258,10 @@ impl BaseDriver for Guarded {
 
     fn truth(&self) -> Option<Truth> {
         self.shared.lock().truth
+    }
+
+    fn line(&self) -> Option<LineState> {
+        self.shared.lock().line
     }
 
     fn stop(&mut self) {

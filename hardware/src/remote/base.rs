@@ -7,7 +7,7 @@ use orienteer_runtime::{
     arbitration::lease,
     link::{Bell, LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
-    topics::{BaseDecision, HardwareState, MissionPulse, MotionReport, Odometry, Truth},
+    topics::{BaseDecision, HardwareState, LineState, MissionPulse, MotionReport, Odometry, Truth},
 };
 
 use super::{
@@ -33,6 +33,7 @@ struct BasePorts {
     odometry: Subscriber<Odometry>,
     motion: Subscriber<MotionReport>,
     truth: Subscriber<Truth>,
+    line: Subscriber<LineState>,
     decisions: Publisher<BaseDecision>,
     pulses: Publisher<MissionPulse>,
     /// Wakes the hardware, which waits for the decision.
@@ -45,6 +46,7 @@ impl Ports for BasePorts {
             odometry: bus.subscriber()?,
             motion: bus.subscriber()?,
             truth: bus.subscriber()?,
+            line: bus.subscriber()?,
             decisions: bus.publisher()?,
             pulses: bus.publisher()?,
             bell: bus.bell()?,
@@ -68,12 +70,15 @@ impl RemoteBase {
         }
     }
 
-    /// The topics that it reads and writes.
+    /// The topics that it reads and writes, if its driver has a line or has none.
     #[must_use]
-    pub fn wiring() -> Wiring {
+    pub fn wiring(has_line: bool) -> Wiring {
         let mut wiring = Wiring::default();
         wiring.reads::<BaseDecision>();
         wiring.writes::<Odometry>().writes::<MotionReport>().writes::<Truth>().writes::<HardwareState>();
+        if has_line {
+            wiring.writes::<LineState>();
+        }
         wiring
     }
 
@@ -86,6 +91,11 @@ impl RemoteBase {
         alive.ports.motion.drain(|sample| *motion = sample.shifted(shift));
         alive.ports.truth.drain(|sample| *truth = Some(sample.shifted(shift)));
         out.publish(alive.state.shifted(shift));
+        let mut line = None;
+        alive.ports.line.drain(|sample| line = Some(sample.shifted(shift)));
+        if let Some(line) = line {
+            out.publish(line);
+        }
         // The hardware may be there and its base gone: what is old is not told again and again.
         if let Some(odometry) = self.odometry.filter(|odometry| now.since(odometry.stamp) <= lease(self.period)) {
             out.publish(odometry);

@@ -1,4 +1,4 @@
-//! Topics between a mission and a robot's hardware in a process of its own.
+//! Topics of lines: to a robot's base, and between a mission and hardware in a process of its own.
 
 use iceoryx2::prelude::ZeroCopySend;
 use schemars::JsonSchema;
@@ -68,4 +68,27 @@ pub struct MissionPulse {
 
 impl Payload for MissionPulse {
     const TOPIC: &'static str = "hardware/pulse";
+}
+
+/// How well the line to a base carries. Topic `base/line`, once a control period, of drivers that have a line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
+#[repr(C)]
+#[type_name("orienteer::LineState.v1")]
+pub struct LineState {
+    /// When this was true.
+    pub stamp: Time,
+    /// Since the last whole packet, s; negative before the first.
+    pub age: f64,
+    /// How often the line was opened.
+    pub opened: u64,
+    /// Whole packets that came.
+    pub packets: u64,
+    /// What began like a packet and had a wrong checksum or a length that can't be.
+    pub broken: u64,
+    /// Bytes that belonged to no packet.
+    pub noise: u64,
+}
+
+impl Payload for LineState {
+    const TOPIC: &'static str = "base/line";
 }

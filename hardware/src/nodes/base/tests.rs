@@ -75,7 +75,7 @@ impl Bench {
         let ring = crate::rings::find("denning-16").unwrap().ring;
         let protection = ProtectionConfig { sonar_required, ..ProtectionConfig::default() };
         let node = BaseNode::new(Box::new(driver), &ring, ExecutorConfig::default(), protection, PERIOD);
-        let wiring = BaseNode::wiring();
+        let wiring = BaseNode::wiring(false);
         Self { node, inputs: Inputs::offline(&wiring), out: Outputs::offline(&wiring), notes, now: Time::START }
     }
 
