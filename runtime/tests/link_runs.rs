@@ -48,6 +48,25 @@ fn a_run_leaves_nothing_when_it_is_dropped() {
 }
 
 #[test]
+fn nobody_else_can_read_or_write_what_a_run_has_in_shared_memory() {
+    let root = Root::new();
+    let bus = Bus::open(Backend::Shared, &root.options(Some(RUN))).unwrap();
+    let robot = robot_on(&bus);
+    let mut publisher = robot.publisher().unwrap();
+    let _subscriber = robot.subscriber::<Reading>().unwrap();
+    let (_bell, attached) = (robot.bell().unwrap(), Bus::attach(RUN, &root.options(None)).unwrap());
+    let _elsewhere = robot_on(&attached).subscriber::<Reading>().unwrap();
+    publisher.publish(Reading::default()).unwrap();
+    let [session] = root.sessions().try_into().unwrap();
+    let entries = || fs::read_dir("/dev/shm").unwrap().flatten();
+    let segments: Vec<_> = entries().filter(|entry| entry.file_name().to_string_lossy().contains(&session)).collect();
+    assert!(segments.len() > 3);
+    for segment in segments {
+        assert_eq!(mode(&segment.path()) & 0o077, 0, "{:?}", segment.path());
+    }
+}
+
+#[test]
 fn links_inside_the_process_take_no_files_and_no_descriptors() {
     let root = Root::new();
     let mut actor = Actor::start("frugal", &root);

@@ -129,6 +129,7 @@ impl fmt::Debug for Bus {
 fn shared(session: Session) -> Result<Fabric, LinkError> {
     resources::raise_descriptor_limit();
     let node = iox::make_node(&session.directory(), &session.prefix())?;
+    session.make_private()?;
     Ok(Fabric::Shared { node, reserved: Arc::default(), _session: session })
 }
 

@@ -13,10 +13,10 @@
 //! still attached to a dead run cannot disturb the next run of that name.
 
 use std::{
-    fs::{self, DirBuilder, File, TryLockError},
+    fs::{self, DirBuilder, File, Permissions, TryLockError},
     hash::{BuildHasher, Hasher, RandomState},
     io,
-    os::unix::fs::{DirBuilderExt, MetadataExt},
+    os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -87,6 +87,18 @@ impl Session {
     /// The directory for iceoryx2.
     pub(super) fn directory(&self) -> PathBuf {
         self.root.join(&self.id)
+    }
+
+    /// Takes the segments from everybody else. iceoryx2 makes one, by which it numbers its nodes, for all users of the machine.
+    pub(super) fn make_private(&self) -> Result<(), LinkError> {
+        for segment in segments(&self.id) {
+            match fs::set_permissions(&segment, Permissions::from_mode(0o600)) {
+                // Another process of the run may have removed it.
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(io_error("make private", &segment)(error)),
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Begins the name of each of the session's files in `/dev/shm`.
@@ -284,13 +296,17 @@ fn sweep(root: &Path) {
 
 /// Removes a session's files. Its directory goes last, so that a process killed meanwhile leaves a trace to sweep by.
 fn remove_session(root: &Path, id: &str) {
-    let prefix = prefix_of(id);
-    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
-            let _ = fs::remove_file(entry.path());
-        }
+    for segment in segments(id) {
+        let _ = fs::remove_file(segment);
     }
     let _ = fs::remove_dir_all(root.join(id));
+}
+
+/// The session's files in `/dev/shm`.
+fn segments(id: &str) -> impl Iterator<Item = PathBuf> {
+    let prefix = prefix_of(id);
+    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    entries.filter(move |entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes())).map(|entry| entry.path())
 }
 
 fn io_error(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> LinkError {
