@@ -53,6 +53,7 @@ impl BaseKind for CreateBaseKind {
     const NAME: &'static str = "create";
     const HELP: &'static str = "a Create or Roomba, over a serial port or TCP";
     const REAL_TIME: bool = true;
+    const HAS_LINE: bool = true;
     type Config = CreateBaseConfig;
 
     fn open(config: CreateBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {

@@ -2,7 +2,11 @@
 
 use std::time::Duration;
 
-use orienteer_runtime::{geometry::Twist, time::Time, topics::Odometry};
+use orienteer_runtime::{
+    geometry::Twist,
+    time::Time,
+    topics::{LineState, Odometry},
+};
 
 use super::{Profile, Session, State};
 use crate::{
@@ -25,8 +29,9 @@ pub struct Client {
     trying: usize,
     /// The base has spoken over this line, at whatever time.
     known: bool,
-    /// When it was polled last.
+    /// When it was polled last, and when a whole frame came last.
     now: Time,
+    frame: Option<Time>,
     heard: Vec<u8>,
     said: Vec<u8>,
 }
@@ -56,6 +61,7 @@ impl Client {
             trying: 0,
             known: false,
             now: Time::START,
+            frame: None,
             heard: Vec::new(),
             said: Vec::new(),
         }
@@ -79,7 +85,11 @@ impl Client {
         if standing == Standing::Fresh {
             self.session.begin_anew();
         }
+        let before = self.session.counts().frames;
         self.session.receive(now, &self.heard);
+        if self.session.counts().frames > before {
+            self.frame = Some(now);
+        }
         if standing != Standing::Down {
             self.say(Session::transmit);
             self.try_another_speed();
@@ -91,6 +101,20 @@ impl Client {
                 Ok(odometry)
             }
             _ => Err(self.trouble(standing)),
+        }
+    }
+
+    /// How well the line carries.
+    #[must_use]
+    pub fn line_state(&self) -> LineState {
+        let counts = self.session.counts();
+        LineState {
+            stamp: self.now,
+            age: self.frame.map_or(-1.0, |frame| self.now.secs_since(frame)),
+            opened: self.line.opened(),
+            packets: counts.frames,
+            broken: counts.broken,
+            noise: counts.noise,
         }
     }
 

@@ -1,6 +1,11 @@
 //! The base as a driver.
 
-use orienteer_runtime::{geometry::Twist, robot_model::Platform, time::Time, topics::Odometry};
+use orienteer_runtime::{
+    geometry::Twist,
+    robot_model::Platform,
+    time::Time,
+    topics::{LineState, Odometry},
+};
 
 use super::Client;
 use crate::driver::{BaseDriver, DriverError};
@@ -31,6 +36,10 @@ impl BaseDriver for CreateBase {
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         self.client.poll(now)
+    }
+
+    fn line(&self) -> Option<LineState> {
+        Some(self.client.line_state())
     }
 
     fn stop(&mut self) {

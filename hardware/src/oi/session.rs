@@ -240,8 +240,8 @@ impl Session {
         Command::Start.emit(into);
         self.attempts = self.attempts.saturating_add(1);
         (self.state, self.since) = (State::Greeting, Some(now));
-        (self.pace, self.paced, self.told) = (Twist::STOP, None, None);
-        self.reflexes = Reflexes { must_rest: true, ..Reflexes::default() };
+        // Should it not even hear that, and its frames come again, it begins standing all the same.
+        (self.pace, self.paced, self.told, self.reflexes) = (Twist::STOP, None, None, Reflexes::default());
         self.readings.begin_anew();
     }
 
