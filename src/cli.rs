@@ -17,7 +17,13 @@ mod why;
 
 use std::{path::PathBuf, process::ExitCode};
 
-use crate::{Registry, emulate::Start, hardware::line::mind_if_asked, reproduce::SUITES, runtime::config::mission::MOST_THREADS};
+use crate::{
+    Registry,
+    emulate::{Language, Start},
+    hardware::line::mind_if_asked,
+    reproduce::SUITES,
+    runtime::config::mission::MOST_THREADS,
+};
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
 
 use refusal::Refusal;
@@ -235,19 +241,19 @@ pub(crate) struct MapArguments {
 /// What `emulate` takes.
 #[derive(Debug, Args)]
 pub(crate) struct EmulateArguments {
-    /// The language that the robot speaks: arcos (Pioneer, AmigoBot)
-    #[arg(hide_possible_values = true, value_parser = ["arcos"])]
-    pub language: String,
+    /// The language of the robot: arcos (Pioneer, AmigoBot), create (and Roomba)
+    #[arg(hide_possible_values = true, value_parser = emulate::language)]
+    pub language: Language,
     /// The world's file; without it, the built-in office floor
     #[arg(long, value_name = "FILE")]
     pub world: Option<PathBuf>,
     /// Where clients find it: tcp://HOST:PORT, pty, or pty:/PATH
     #[arg(long, default_value = "tcp://127.0.0.1:8101")]
     pub port: String,
-    /// p3dx or amigobot
-    #[arg(long, hide_possible_values = true, default_value = "p3dx", value_parser = ["p3dx", "amigobot"])]
-    pub robot: String,
-    /// The model that it says it is: p3dx-sh, p3dx, p2dx, amigo ...
+    /// arcos: p3dx (the default) or amigobot; create: create2
+    #[arg(long)]
+    pub robot: Option<String>,
+    /// The model: p3dx-sh, p3dx, p2dx, amigo ...; create2, create1, roomba
     #[arg(long)]
     pub model: Option<String>,
     /// A place of the world, or metres and degrees: 2.5,1.0,90

@@ -11,10 +11,10 @@ use std::{
 use crate::{
     hardware::{
         base::{kinematics::BaseConfig, odometry::OdometryConfig, presets},
-        emulator::{ArcosEmulator, Caller, Make, Port, Rig},
+        emulator::{ArcosEmulator, Caller, CreateEmulator, Emulator, Make, Port, Rig},
         rings::{self, NamedRing},
         sim::{Arena, SimBase, SimBodyConfig, SimSonar},
-        wire::arcos::units::Units,
+        wire::{arcos::units::Units, oi::units::Model},
     },
     mission::{embedded_files, find_place, open_world},
     runtime::{
@@ -35,9 +35,9 @@ use crate::{
 pub struct Options {
     /// The world's file: Orienteer's own TOML, or a map of the ROS map server; the office floor if there is none.
     pub world: Option<PathBuf>,
-    /// The robot: `p3dx` or `amigobot`.
+    /// The robot, one of [`ROBOTS`].
     pub robot: String,
-    /// The model that it says it is, which fixes its units; the newest of its kind if there is none.
+    /// The model that it is or says it is, which fixes its units; the newest of its kind if there is none.
     pub model: Option<String>,
     /// Where it stands.
     pub start: Start,
@@ -56,43 +56,88 @@ pub enum Start {
     Pose(Pose),
 }
 
-/// The robots that can be emulated: body, ring, and model unless another is asked for.
-pub const ROBOTS: [(&str, &str, &str); 2] = [("p3dx", "p3dx-16", "p3dx-sh"), ("amigobot", "amigobot-8", "amigo-sh")];
+/// A robot that can be emulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Robot {
+    /// Its name, which is that of its platform.
+    pub name: &'static str,
+    /// The language that it speaks.
+    pub language: Language,
+    /// Its ring, if it has one.
+    ring: Option<&'static str>,
+    /// Its model unless another is asked for.
+    model: &'static str,
+}
+
+/// The language that a robot speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Language {
+    /// Pioneers and AmigoBots do.
+    Arcos,
+    /// iRobot's Open Interface: Creates and Roombas do.
+    Create,
+}
+
+/// The robots that can be emulated; of each language the usual one first.
+pub const ROBOTS: [Robot; 3] = [
+    Robot { name: "p3dx", language: Language::Arcos, ring: Some("p3dx-16"), model: "p3dx-sh" },
+    Robot { name: "amigobot", language: Language::Arcos, ring: Some("amigobot-8"), model: "amigo-sh" },
+    Robot { name: "create2", language: Language::Create, ring: None, model: "create2" },
+];
+
+impl Robot {
+    /// The robot of this name that speaks this language; the usual one without a name.
+    #[must_use]
+    pub fn find(language: Language, name: Option<&str>) -> Option<Self> {
+        let mut robots = ROBOTS.into_iter().filter(|robot| robot.language == language);
+        robots.find(|robot| name.is_none_or(|name| name == robot.name))
+    }
+}
+
+/// An emulated robot of whatever family in its world.
+pub type EmulatedRobot = Rig<Box<dyn Emulator>>;
 
 /// Puts the robot into its world.
 ///
 /// # Errors
 /// If there is no such robot or world, or the robot does not fit where it is to stand.
-pub fn build(options: &Options) -> Result<Rig<ArcosEmulator>, Problems> {
-    let (body, ring, units) = choose(options)?;
+pub fn build(options: &Options) -> Result<EmulatedRobot, Problems> {
+    let (emulator, body, ring) = choose(options)?;
     let arena = open_arena(options)?;
     let start = place(&options.start, &arena)?;
     let refuse = |message: String| Problem::nowhere(message, "name another place with `--start`");
     let config = SimBodyConfig { base: body.clone(), odometry: OdometryConfig::default() };
     let robot = arena.add(&options.robot, start, config).map_err(|error| refuse(error.to_string()))?;
-    let make = Make::new(units, &body, ring.ring.transducers.len());
-    let sonar = SimSonar::new(arena.clone(), &options.robot, robot.clone(), ring.ring, &ring.model)
-        .map_err(|error| refuse(error.to_string()))?;
-    Ok(Rig::new(ArcosEmulator::new(make), arena, SimBase::new(robot, body.platform()), sonar))
+    let listen = |ring: NamedRing| SimSonar::new(arena.clone(), &options.robot, robot.clone(), ring.ring, &ring.model);
+    let sonar = ring.map(listen).transpose().map_err(|error| refuse(error.to_string()))?;
+    Ok(Rig::new(emulator, arena, SimBase::new(robot, body.platform()), sonar))
 }
 
-fn choose(options: &Options) -> Result<(BaseConfig, NamedRing, Units), Problems> {
-    let known = ROBOTS.iter().find(|(name, ..)| *name == options.robot);
-    let parts = known.and_then(|(body, ring, model)| {
-        let units = Units::of(options.model.as_deref().unwrap_or(model));
-        Some((presets::by_name(body)?, rings::find(ring)?, units))
-    });
-    match parts {
-        None => {
-            Err(Problem::nowhere(format!("there is no robot `{}` to emulate", options.robot), "`p3dx` and `amigobot` are").into())
-        }
-        Some((.., None)) => {
-            let model = options.model.as_deref().unwrap_or_default();
-            Err(Problem::nowhere(format!("there is no model `{model}`"), "leave `--model` out, or take for instance `p3dx`")
-                .into())
-        }
-        Some((body, ring, Some(units))) => Ok((body, ring, units)),
-    }
+/// The other end of its language, its body, and its ring if it has one.
+type Parts = (Box<dyn Emulator>, BaseConfig, Option<NamedRing>);
+
+fn choose(options: &Options) -> Result<Parts, Problems> {
+    let Some(robot) = ROBOTS.iter().find(|robot| robot.name == options.robot) else {
+        let known = ROBOTS.map(|robot| format!("`{}`", robot.name)).join(", ");
+        return Err(
+            Problem::nowhere(format!("there is no robot `{}` to emulate", options.robot), format!("there are {known}")).into()
+        );
+    };
+    let model = options.model.as_deref().unwrap_or(robot.model);
+    let ring = robot.ring.and_then(rings::find);
+    let parts: Option<Parts> = match robot.language {
+        Language::Arcos => Units::of(model).zip(presets::by_name(robot.name)).map(|(units, body)| {
+            let transducers = ring.as_ref().map_or(0, |ring| ring.ring.transducers.len());
+            let emulator: Box<dyn Emulator> = Box::new(ArcosEmulator::new(Make::new(units, &body, transducers)));
+            (emulator, body, ring)
+        }),
+        Language::Create => Model::of(model).map(|model| {
+            let emulator: Box<dyn Emulator> = Box::new(CreateEmulator::new(model));
+            (emulator, CreateEmulator::body(), None)
+        }),
+    };
+    let hint = format!("leave `--model` out, or take for instance `{}`", robot.model);
+    Ok(parts.ok_or_else(|| Problem::nowhere(format!("there is no model `{model}`"), hint))?)
 }
 
 fn open_arena(options: &Options) -> Result<std::sync::Arc<Arena>, Problems> {
@@ -134,14 +179,14 @@ pub struct Beat<'a> {
     /// Where the robot truly is.
     pub truth: &'a Truth,
     /// The emulator.
-    pub emulator: &'a ArcosEmulator,
+    pub emulator: &'a dyn Emulator,
 }
 
 /// Lets the robot live until somebody stops it or the time is over, at the pace of a clock on the wall.
 ///
 /// A program that was halted for a while goes on where it was: its world has stood still meanwhile.
 pub fn live(
-    rig: &mut Rig<ArcosEmulator>,
+    rig: &mut EmulatedRobot,
     port: &mut Port,
     duration: Option<Duration>,
     control: &FleetControl,
@@ -159,7 +204,7 @@ pub fn live(
         rig.beat(&received, &mut answer);
         port.send(&answer);
         watch(Beat { now: rig.now(), caller, truth: &rig.truth(), emulator: rig.emulator() });
-        due += Rig::<ArcosEmulator>::BEAT;
+        due += EmulatedRobot::BEAT;
         let late = Instant::now().saturating_duration_since(due);
         if late > LOST {
             due = Instant::now();

@@ -1,7 +1,12 @@
 //! The kinds that a mission may name.
 
 use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, Wander, WhereAmI};
-use orienteer_hardware::{base::presets, drivers::Drivers, rings, wire::arcos::units};
+use orienteer_hardware::{
+    base::presets,
+    drivers::Drivers,
+    rings,
+    wire::{arcos, oi},
+};
 use orienteer_runtime::{
     agent::Agent,
     agents::Agents,
@@ -98,7 +103,8 @@ impl Catalog for Registry {
     fn names(&self, sort: &str) -> Vec<String> {
         match sort {
             "platform" => presets::all().map(|preset| preset.name).collect(),
-            "arcos-model" => units::MODELS.iter().map(|units| units.model.to_owned()).collect(),
+            "arcos-model" => arcos::units::MODELS.iter().map(|units| units.model.to_owned()).collect(),
+            "create-model" => oi::units::MODELS.iter().map(|model| model.name.to_owned()).collect(),
             "ring" => rings::all().map(|named| named.ring.name).collect(),
             _ => Vec::new(),
         }

@@ -4,6 +4,7 @@
 //! configuration can name it, `check` knows its keys, and `list` shows it.
 
 mod arcos;
+mod create;
 mod log;
 mod sim;
 
@@ -26,6 +27,7 @@ use crate::{
 };
 
 pub use arcos::{ArcosBaseConfig, ArcosSonarConfig};
+pub use create::CreateBaseConfig;
 pub use log::{LogBaseConfig, LogSonarConfig};
 pub use sim::{SimBaseConfig, SimSonarConfig};
 
@@ -175,7 +177,8 @@ impl Drivers {
     #[must_use]
     pub fn standard() -> Self {
         let mut drivers = Self::default();
-        drivers.add_base::<sim::SimBaseKind>().add_base::<log::LogBaseKind>().add_base::<arcos::ArcosBaseKind>();
+        drivers.add_base::<sim::SimBaseKind>().add_base::<log::LogBaseKind>();
+        drivers.add_base::<arcos::ArcosBaseKind>().add_base::<create::CreateBaseKind>();
         drivers.add_sonar::<sim::SimSonarKind>().add_sonar::<log::LogSonarKind>().add_sonar::<arcos::ArcosSonarKind>();
         drivers
     }

@@ -9,6 +9,7 @@
 //! ```
 
 mod arcos;
+mod create;
 mod port;
 mod rig;
 
@@ -19,6 +20,7 @@ use orienteer_runtime::{
 };
 
 pub use arcos::{ArcosEmulator, Make};
+pub use create::CreateEmulator;
 pub use port::{Caller, Port, PortError};
 pub use rig::Rig;
 
@@ -33,15 +35,54 @@ pub trait Emulator: Send {
     /// What the motors do from `now` on. Called a hundred times a second with where the base is.
     fn drive(&mut self, now: Time, odometry: &Odometry) -> Twist;
 
+    /// Where the body touches something, robot frame, rad; `None` if it touches nothing. Called before [`drive`](Self::drive).
+    fn feel(&mut self, _at: Option<f64>) {}
+
     /// In which order the sonars fire, if that has changed since the last call. A program without slots means the ring's own.
-    fn firing(&mut self) -> Option<FiringProgram>;
+    fn firing(&mut self) -> Option<FiringProgram> {
+        None
+    }
 
     /// The sonars have heard something.
-    fn hear(&mut self, scan: &SonarScan);
+    fn hear(&mut self, _scan: &SonarScan) {}
 
     /// Appends what the base sends.
     fn transmit(&mut self, now: Time, odometry: &Odometry, into: &mut Vec<u8>);
 
     /// How its session stands, for people.
     fn status(&self) -> String;
+}
+
+impl<E: Emulator + ?Sized> Emulator for Box<E> {
+    fn receive(&mut self, now: Time, bytes: &[u8]) {
+        (**self).receive(now, bytes);
+    }
+
+    fn hang_up(&mut self) {
+        (**self).hang_up();
+    }
+
+    fn feel(&mut self, at: Option<f64>) {
+        (**self).feel(at);
+    }
+
+    fn drive(&mut self, now: Time, odometry: &Odometry) -> Twist {
+        (**self).drive(now, odometry)
+    }
+
+    fn firing(&mut self) -> Option<FiringProgram> {
+        (**self).firing()
+    }
+
+    fn hear(&mut self, scan: &SonarScan) {
+        (**self).hear(scan);
+    }
+
+    fn transmit(&mut self, now: Time, odometry: &Odometry, into: &mut Vec<u8>) {
+        (**self).transmit(now, odometry, into);
+    }
+
+    fn status(&self) -> String {
+        (**self).status()
+    }
 }

@@ -6,6 +6,18 @@
 
 pub mod arcos;
 mod fields;
+pub mod oi;
+
+/// What somebody who looks for packets in a stream of bytes has seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Packets that were whole.
+    pub frames: u64,
+    /// What began like one and had a wrong checksum, or something in it that can't be.
+    pub broken: u64,
+    /// Bytes that belonged to none.
+    pub noise: u64,
+}
 
 /// A packet that arrived whole and yet can't be understood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

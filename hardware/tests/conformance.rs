@@ -14,11 +14,16 @@ use orienteer_hardware::{
     base::{odometry::OdometryConfig, presets},
     conformance::{Bench, RULES},
     driver::{BaseDriver, DriverError},
-    emulator::{ArcosEmulator, Make, Rig},
+    emulator::{ArcosEmulator, CreateEmulator, Make, Rig},
+    line::{Minder, Minding},
     log::{self, LogBase, SonarLog},
+    oi::{self, CreateBase},
     rings,
     sim::{Arena, SimBase, SimBody, SimBodyConfig, SimSonar},
-    wire::arcos::units::Units,
+    wire::{
+        arcos::units::Units,
+        oi::{STOP_ANYHOW, units::Model},
+    },
     world::World,
 };
 use orienteer_runtime::{
@@ -242,6 +247,134 @@ fn a_driver_tells_how_well_its_line_carries() {
     assert!(disturbed.broken == 1 && disturbed.noise >= 3 && disturbed.packets > well.packets, "{disturbed:?}");
     let lost = polls(100, true, &[]);
     assert!(lost.age > 0.9, "{lost:?}");
+}
+
+/// A Create at the other end of a wire, at whose far end somebody minds the base: it has no watchdog itself.
+struct Create {
+    driver: CreateBase,
+    rig: Rig<CreateEmulator>,
+    wire: Wire,
+    minder: Minder,
+    cut: bool,
+}
+
+/// What the minder waits for.
+const SILENCE: Duration = Duration::from_millis(500);
+
+impl Create {
+    fn of(model: &str) -> Self {
+        let (arena, model) = (floor(), Model::of(model).unwrap());
+        let config = SimBodyConfig { base: CreateEmulator::body(), odometry: OdometryConfig::default() };
+        let body = arena.add("r", Pose::new(-20.0, 0.0, 0.0), config).unwrap();
+        let base = SimBase::new(body, CreateEmulator::body().platform());
+        let (wire, platform) = (Wire::default(), presets::create2().platform());
+        let client = oi::Client::over(Box::new(wire.clone()), oi::Profile::new(model, &platform));
+        let driver = CreateBase::new(client, platform);
+        let minder = Minder::new(Minding { stop: STOP_ANYHOW.to_vec(), silence: SILENCE });
+        Self { driver, rig: Rig::new(CreateEmulator::new(model), arena, base, None), wire, minder, cut: false }
+    }
+}
+
+impl Bench for Create {
+    fn new() -> Self {
+        Self::of("create2")
+    }
+
+    fn base(&mut self) -> &mut dyn BaseDriver {
+        &mut self.driver
+    }
+
+    fn pass(&mut self, span: Duration) {
+        for _ in 0..span.as_millis() / Rig::<CreateEmulator>::BEAT.as_millis() {
+            let mut received: Vec<u8> = self.wire.0.lock().unwrap()[0].drain(..).collect();
+            if self.cut {
+                received.clear();
+            }
+            self.minder.hear(self.rig.now(), &received);
+            received.extend(self.minder.due(self.rig.now()).unwrap_or_default());
+            let mut answer = Vec::new();
+            self.rig.beat(&received, &mut answer);
+            if !self.cut {
+                self.wire.0.lock().unwrap()[1].extend(answer);
+            }
+        }
+    }
+
+    fn now(&self) -> Time {
+        self.rig.now()
+    }
+
+    fn moves(&self) -> Twist {
+        self.rig.truth().twist
+    }
+
+    fn cut(&mut self, cut: bool) -> bool {
+        self.cut = cut;
+        true
+    }
+
+    fn watchdog(&self) -> Duration {
+        SILENCE
+    }
+}
+
+mod create {
+    orienteer_hardware::conformance!(super::Create);
+}
+
+#[test]
+fn a_create_s_line_is_told_of_too() {
+    let mut create = Create::new();
+    let mut polls = |count: usize, garbage: &[u8]| {
+        create.wire.0.lock().unwrap()[1].extend(garbage);
+        for _ in 0..count {
+            create.pass(Duration::from_millis(10));
+            let _ = create.driver.poll(create.rig.now());
+        }
+        create.driver.line().unwrap()
+    };
+    let well = polls(300, &[]);
+    assert!(well.packets > 150 && (0.0..0.03).contains(&well.age) && (well.broken, well.noise) == (0, 0), "{well:?}");
+    // Two bytes of no frame, and the beginning of one that goes on as another stream would.
+    let disturbed = polls(100, &[1, 2, 19, 25, 8]);
+    assert_eq!((disturbed.broken, disturbed.noise, disturbed.opened), (1, 5, 1));
+}
+
+/// One that counts its way in whole millimetres and degrees.
+struct Create1(Create);
+
+impl Bench for Create1 {
+    fn new() -> Self {
+        Self(Create::of("create1"))
+    }
+
+    fn base(&mut self) -> &mut dyn BaseDriver {
+        self.0.base()
+    }
+
+    fn pass(&mut self, span: Duration) {
+        self.0.pass(span);
+    }
+
+    fn now(&self) -> Time {
+        self.0.now()
+    }
+
+    fn moves(&self) -> Twist {
+        self.0.moves()
+    }
+
+    fn cut(&mut self, cut: bool) -> bool {
+        self.0.cut(cut)
+    }
+
+    fn watchdog(&self) -> Duration {
+        self.0.watchdog()
+    }
+}
+
+mod create1 {
+    orienteer_hardware::conformance!(super::Create1);
 }
 
 /// What a driver may do wrong, and the rule that finds it out.

@@ -5,8 +5,8 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::{
-    emulate::{self, Beat, Options, Start},
-    hardware::emulator::{Caller, Emulator, Port},
+    emulate::{self, Beat, Language, Options, Robot, Start},
+    hardware::emulator::{Caller, Port},
     runtime::{
         fleet::{Ear, FleetControl},
         geometry::Pose,
@@ -19,9 +19,13 @@ use super::{EmulateArguments, Outcome, Refusal, style};
 
 /// Emulates a robot until somebody stops it.
 pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
+    let robot = Robot::find(arguments.language, arguments.robot.as_deref()).ok_or_else(|| {
+        let name = arguments.robot.as_deref().unwrap_or_default();
+        Refusal::misused(format!("no robot `{name}` speaks this language"), "`p3dx` and `amigobot` speak arcos, `create2` create")
+    })?;
     let options = Options {
         world: arguments.world.clone(),
-        robot: arguments.robot.clone(),
+        robot: robot.name.to_owned(),
         model: arguments.model.clone(),
         start: arguments.start.clone().unwrap_or(Start::Anywhere),
         seed: arguments.seed,
@@ -117,6 +121,18 @@ fn status(beat: &Beat<'_>) -> String {
     match beat.caller {
         Caller::Nobody => "nobody is there".to_owned(),
         Caller::New | Caller::Same => beat.emulator.status(),
+    }
+}
+
+/// Reads the name of a language.
+///
+/// # Errors
+/// If there is no such language.
+pub fn language(text: &str) -> Result<Language, String> {
+    match text {
+        "arcos" => Ok(Language::Arcos),
+        "create" => Ok(Language::Create),
+        _ => Err("`arcos` and `create` are spoken".to_owned()),
     }
 }
 

@@ -7,12 +7,15 @@ use orienteer_runtime::{geometry::Twist, time::Time};
 use smallvec::SmallVec;
 
 use super::Readings;
-use crate::wire::arcos::{
-    command::{Argument, Code, Command},
-    frame::{Counts, Frame, Framer},
-    greeting::{Greeting, emit_sync},
-    information::Information,
-    units::Units,
+use crate::wire::{
+    Counts,
+    arcos::{
+        command::{Argument, Code, Command},
+        frame::{Frame, Framer},
+        greeting::{Greeting, emit_sync},
+        information::Information,
+        units::Units,
+    },
 };
 
 /// A greeting that is not answered for so long is sent again.

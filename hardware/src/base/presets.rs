@@ -1,4 +1,4 @@
-//! The bases that the sources drove, and two that can still be bought.
+//! The bases that the sources drove, and three that can still be bought.
 //!
 //! Where a source is silent the number is our choice and says so; the maker's manual of the B12 (Real World Interface 1988,
 //! cited by Good) was not to be had.
@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use super::kinematics::{BaseConfig, Drive};
 
 /// The names that [`by_name`] knows.
-pub const NAMES: [&str; 6] = ["b12-huey", "b12-luey", "yamabico", "wheelchair", "p3dx", "amigobot"];
+pub const NAMES: [&str; 7] = ["b12-huey", "b12-luey", "yamabico", "wheelchair", "p3dx", "amigobot", "create2"];
 
 /// All presets.
 pub fn all() -> impl Iterator<Item = BaseConfig> {
@@ -25,6 +25,7 @@ pub fn by_name(name: &str) -> Option<BaseConfig> {
         "wheelchair" => Some(wheelchair()),
         "p3dx" => Some(p3dx()),
         "amigobot" => Some(amigobot()),
+        "create2" => Some(create2()),
         _ => None,
     }
 }
@@ -118,5 +119,23 @@ pub fn amigobot() -> BaseConfig {
         speed: 1.0,
         drive: Drive::Differential { tread: 0.28, wheel_speed: 1.0 },
         ..p3dx()
+    }
+}
+
+/// iRobot Create 2: wheels of up to 500 mm/s that stand 235 mm apart, by its specification; its diameter of 34 cm is that of a Roomba
+/// 600.
+///
+/// The base itself changes its speed as fast as its motors can. 0.5 m/s² and 4 rad/s², which at the wheels are about the same, are our
+/// choice.
+#[must_use]
+pub fn create2() -> BaseConfig {
+    BaseConfig {
+        name: "create2".into(),
+        radius: 0.17,
+        speed: 0.5,
+        turn_rate: 4.25,
+        acceleration: 0.5,
+        angular_acceleration: 4.0,
+        drive: Drive::Differential { tread: 0.235, wheel_speed: 0.5 },
     }
 }

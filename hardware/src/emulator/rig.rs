@@ -21,7 +21,7 @@ pub struct Rig<E> {
     emulator: E,
     arena: Arc<Arena>,
     base: SimBase,
-    sonar: SimSonar,
+    sonar: Option<SimSonar>,
     now: Time,
     odometry: Odometry,
     scans: Vec<SonarScan>,
@@ -31,10 +31,10 @@ impl<E: Emulator> Rig<E> {
     /// How long one [`beat`](Self::beat) takes.
     pub const BEAT: Duration = BEAT;
 
-    /// Puts an emulator on a body in this arena.
+    /// Puts an emulator on a body in this arena, with or without sonar.
     #[must_use]
-    pub fn new(emulator: E, arena: Arc<Arena>, base: SimBase, sonar: SimSonar) -> Self {
-        let sonar = sonar.telling_every_slot();
+    pub fn new(emulator: E, arena: Arc<Arena>, base: SimBase, sonar: impl Into<Option<SimSonar>>) -> Self {
+        let sonar = sonar.into().map(SimSonar::telling_every_slot);
         Self { emulator, arena, base, sonar, now: Time::START, odometry: Odometry::default(), scans: Vec::with_capacity(16) }
     }
 
@@ -46,21 +46,27 @@ impl<E: Emulator> Rig<E> {
         if let Ok(odometry) = self.base.poll(self.now) {
             self.odometry = odometry;
         }
+        self.emulator.feel(self.base.touched_at());
         let twist = self.emulator.drive(self.now, &self.odometry);
         let _ = self.base.command(self.now, twist);
+        self.listen();
+        self.emulator.transmit(self.now, &self.odometry, into);
+        self.arena.advance(BEAT);
+    }
+
+    fn listen(&mut self) {
+        let Some(sonar) = &mut self.sonar else { return };
         if let Some(mut program) = self.emulator.firing() {
             if program.slots.is_empty() {
-                program = self.sonar.ring().program;
+                program = sonar.ring().program;
             }
-            self.sonar.set_program(self.now, &program);
+            sonar.set_program(self.now, &program);
         }
         self.scans.clear();
-        let _ = self.sonar.poll(self.now, &mut self.scans);
+        let _ = sonar.poll(self.now, &mut self.scans);
         for scan in &self.scans {
             self.emulator.hear(scan);
         }
-        self.emulator.transmit(self.now, &self.odometry, into);
-        self.arena.advance(BEAT);
     }
 
     /// The client has gone, or another one has come.
@@ -84,5 +90,10 @@ impl<E: Emulator> Rig<E> {
     #[must_use]
     pub fn emulator(&self) -> &E {
         &self.emulator
+    }
+
+    /// The emulator, to do something to the robot that no client can.
+    pub fn emulator_mut(&mut self) -> &mut E {
+        &mut self.emulator
     }
 }

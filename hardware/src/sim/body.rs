@@ -8,7 +8,7 @@ use std::{
 
 use nalgebra::Point2;
 use orienteer_runtime::{
-    geometry::{Pose, Twist},
+    geometry::{Pose, Twist, angle::wrap},
     time::Time,
     topics::{Odometry, Truth, flags},
 };
@@ -138,6 +138,20 @@ impl SimBody {
     pub fn odometry(&self) -> Odometry {
         let contact = if self.touching == Touching::Nothing { 0 } else { flags::CONTACT };
         Odometry { stamp: self.now, flags: self.odometry.flags | contact, ..self.odometry }
+    }
+
+    /// Where it touches something, robot frame, rad: the direction of the nearest surface. `None` while it touches nothing.
+    #[must_use]
+    pub fn touched_at(&self) -> Option<f64> {
+        if self.touching == Touching::Nothing {
+            return None;
+        }
+        let (here, reach) = (self.pose.point(), self.radius + BUMPER);
+        let wall = self.arena.upgrade()?.world().obstacles.nearest(here, reach).map(|wall| (wall.distance, wall.at));
+        let others = self.others.found().iter().map(|other| ((other.center - here).norm() - other.radius, other.center));
+        let (_, at) = others.filter(|(gap, _)| *gap <= reach).chain(wall).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let towards = at - here;
+        Some(wrap(towards.y.atan2(towards.x) - self.pose.heading))
     }
 
     /// What it shall do from now on.

@@ -29,6 +29,12 @@ impl SimBase {
     pub fn new(body: Arc<Mutex<SimBody>>, platform: Platform) -> Self {
         Self { body, platform }
     }
+
+    /// Where the body touches something: see [`SimBody::touched_at`].
+    #[must_use]
+    pub fn touched_at(&self) -> Option<f64> {
+        lock(&self.body).touched_at()
+    }
 }
 
 impl BaseDriver for SimBase {

@@ -2,7 +2,7 @@
 
 use super::PacketError;
 
-/// What is left of a packet. Numbers are little-endian, as in all protocols here.
+/// What is left of a packet. Numbers are little-endian unless a method's name says otherwise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fields<'a>(pub &'a [u8]);
 
@@ -26,6 +26,21 @@ impl<'a> Fields<'a> {
     /// A signed number of two bytes.
     pub fn i16(&mut self, field: &'static str) -> Result<i16, PacketError> {
         self.take(field).map(i16::from_le_bytes)
+    }
+
+    /// A signed byte.
+    pub fn i8(&mut self, field: &'static str) -> Result<i8, PacketError> {
+        self.take(field).map(i8::from_be_bytes)
+    }
+
+    /// An unsigned number of two bytes, the high one first.
+    pub fn u16_be(&mut self, field: &'static str) -> Result<u16, PacketError> {
+        self.take(field).map(u16::from_be_bytes)
+    }
+
+    /// A signed number of two bytes, the high one first.
+    pub fn i16_be(&mut self, field: &'static str) -> Result<i16, PacketError> {
+        self.take(field).map(i16::from_be_bytes)
     }
 
     /// Text that a zero ends.

@@ -10,13 +10,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orienteer_hardware::emulator::{ArcosEmulator, Caller, Emulator, Port, Rig};
+use orienteer_hardware::emulator::{Caller, Emulator, Port};
 use orienteer_runtime::geometry::{Pose, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::super::SuiteError;
-use crate::emulate::{self, Options, Start};
+use crate::emulate::{self, EmulatedRobot, Options, Start};
 
 /// What the Pioneer's brakes can do, m/s² and rad/s².
 const BRAKES: (f64, f64) = (0.3, 1.745);
@@ -157,7 +157,7 @@ impl Drop for Watched {
     }
 }
 
-fn live(mut rig: Rig<ArcosEmulator>, port: Port, state: &Mutex<State>, quit: &AtomicBool, seed: u64) {
+fn live(mut rig: EmulatedRobot, port: Port, state: &Mutex<State>, quit: &AtomicBool, seed: u64) {
     let name = port.name().to_owned();
     let (mut port, mut random) = (Some(port), Pcg64::seed_from_u64(seed));
     let (mut received, mut answer, mut due) = (Vec::new(), Vec::new(), Instant::now());
@@ -182,7 +182,7 @@ fn live(mut rig: Rig<ArcosEmulator>, port: Port, state: &Mutex<State>, quit: &At
             port.send(&answer);
         }
         note(state, &rig);
-        due += Rig::<ArcosEmulator>::BEAT;
+        due += EmulatedRobot::BEAT;
         thread::sleep(due.saturating_duration_since(Instant::now()));
     }
 }
@@ -196,7 +196,7 @@ fn spoil(bytes: &mut Vec<u8>, wire: Wire, random: &mut Pcg64) {
     }
 }
 
-fn note(state: &Mutex<State>, rig: &Rig<ArcosEmulator>) {
+fn note(state: &Mutex<State>, rig: &EmulatedRobot) {
     let (now, truth) = (Instant::now(), rig.truth());
     let mut state = lock(state);
     (state.collisions, state.pose) = (truth.collisions, truth.pose);

@@ -7,6 +7,8 @@
 //! The checksum adds the payload in pairs of bytes, the first of each pair being the high one, modulo 65536; a last byte without a
 //! partner is XORed in.
 
+use crate::wire::Counts;
+
 /// The two bytes that a frame begins with.
 pub const HEADER: [u8; 2] = [0xFA, 0xFB];
 /// The longest payload, kind included.
@@ -51,17 +53,6 @@ pub fn emit(kind: u8, body: &[u8], into: &mut Vec<u8>) {
     into.extend(body);
     let sum = checksum(&into[payload..]);
     into.extend(sum.to_be_bytes());
-}
-
-/// What a framer has seen.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Frames.
-    pub frames: u64,
-    /// What began like a frame and had a wrong checksum or a length that can't be.
-    pub broken: u64,
-    /// Bytes that belonged to no frame.
-    pub noise: u64,
 }
 
 /// Finds the frames in a stream of bytes that comes in pieces.
