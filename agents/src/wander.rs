@@ -78,6 +78,8 @@ struct Met {
 const CORNER: f64 = 0.5;
 /// Whoever else had the base is given so long before it is taken again.
 const RESPECT: Duration = Duration::from_millis(500);
+/// Older odometry tells nothing, s.
+const STALE: f64 = 0.3;
 /// Less than this is no way, m.
 const STILL: f64 = 0.005;
 
@@ -123,8 +125,9 @@ async fn ahead(pilot: &Pilot, config: &WanderConfig) -> Result<bool, Aborted> {
         if odometry.flags & (flags::CONTACT | flags::STALLED) != 0 {
             return Ok(true);
         }
-        // In somebody's hands, or with the red button pressed, there is nothing to turn from.
-        if odometry.travelled - mark > STILL || odometry.flags & flags::EMERGENCY_STOP != 0 {
+        // In somebody's hands, with the red button pressed, or with nothing heard of the base, there is nothing to turn from.
+        let waits = odometry.flags & flags::EMERGENCY_STOP != 0 || pilot.now().secs_since(odometry.stamp) > STALE;
+        if odometry.travelled - mark > STILL || waits {
             (mark, since) = (odometry.travelled, pilot.now());
         }
         if pilot.now().secs_since(since) > config.patience {

@@ -1,11 +1,12 @@
 //! What a real base does when things around it die: three processes, one robot, and somebody with an axe.
 //!
-//! The robot is an emulated Pioneer in this process, so that what it does is seen from the world's side, a hundred times a second. Its
-//! hardware and its mission are processes of the very program that runs this suite. Each is killed, held up and ended in good order, and
+//! The robot, a Pioneer or a Create, is emulated in this process, so that what it does is seen from the world's side, a hundred times a
+//! second. Its hardware and its mission are processes of the very program that runs this suite. Each is killed, held up and ended in good order, and
 //! the wire falls silent, carries garbage, and loses half of each packet, at random instants while the robot drives. The robot must stand
 //! in time, whatever it was; and all must go on by themselves when what was taken away is back.
 
 mod axe;
+mod family;
 mod robot;
 
 use std::{
@@ -14,7 +15,7 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::{
-        Mutex, PoisonError,
+        Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -25,7 +26,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::{Effort, Row, Suite, SuiteError};
-use axe::{Axe, BLOWS};
+use axe::Axe;
+use family::{CREATE, Family, PIONEER};
 use robot::Watched;
 
 pub(super) const SUITE: Suite = Suite {
@@ -36,12 +38,13 @@ pub(super) const SUITE: Suite = Suite {
 
 /// How often each blow falls in a full run.
 const INSTANTS: u64 = 100;
-/// Robots at once: they wait most of the time.
-const ROBOTS: u64 = 6;
+/// Robots of each family at once: they wait most of the time.
+const ROBOTS: u64 = 3;
+static FAMILIES: [&Family; 2] = [&PIONEER, &CREATE];
 /// The control period and 10 ms, s.
 const PERIOD: f64 = 0.05 + 0.01;
-/// The base's own watchdog, s.
-const WATCHDOG: f64 = 2.0;
+/// The longest that any base here may go on, s.
+const LONGEST_STOP: f64 = 2.0;
 /// A robot that does not drive for so long is stuck, or nobody has gone on.
 const PATIENCE: Duration = Duration::from_secs(40);
 /// How long what was taken away stays away, beyond the time in which the base must stand.
@@ -64,28 +67,67 @@ struct Felt {
     collisions: u32,
 }
 
+/// What is done to the robots of one family.
+struct Work {
+    family: &'static Family,
+    /// All blows, and how many of them have been dealt out.
+    all: u64,
+    next: AtomicU64,
+    felt: Mutex<Vec<Felt>>,
+}
+
+impl Work {
+    fn new(family: &'static Family, instants: u64) -> Self {
+        let all = instants * family.blows.len() as u64;
+        Self { family, all, next: AtomicU64::new(0), felt: Mutex::default() }
+    }
+
+    /// The next blow, by its place among the family's.
+    fn next(&self) -> Option<usize> {
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        (number < self.all).then_some((number % self.family.blows.len() as u64) as usize)
+    }
+
+    fn felt(&self) -> MutexGuard<'_, Vec<Felt>> {
+        self.felt.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let (felt, name) = (self.felt(), self.family.name);
+        let of = |blow: usize| felt.iter().filter(move |felt| felt.blow == blow);
+        let blows = self.family.blows.iter().enumerate();
+        let mut rows: Vec<Row> = blows.flat_map(|(blow, axe)| rows_of(name, axe, of(blow))).collect();
+        let went_on = format!("{name}: blows that were felt, and after which all went on");
+        rows.push(Row::exactly(went_on, self.all as f64, felt.len() as f64, ""));
+        if self.family.touches {
+            return rows;
+        }
+        let collisions = |sees: bool| {
+            let of = felt.iter().filter(|felt| self.family.blows[felt.blow].base_still_sees() == sees);
+            of.map(|felt| f64::from(felt.collisions)).sum()
+        };
+        rows.push(Row::exactly(format!("{name}: ran into something while its hardware lived"), 0.0, collisions(true), ""));
+        let before = format!("{name}: ran into something before its watchdog stopped it");
+        rows.push(Row::information(before, collisions(false), ""));
+        rows
+    }
+}
+
 fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
     let before = left_in_shared_memory();
-    let instants = effort.seeds(INSTANTS);
-    let (felt, failure): (Mutex<Vec<Felt>>, Mutex<Option<SuiteError>>) = Default::default();
-    let (next, all) = (AtomicU64::new(0), instants * BLOWS.len() as u64);
+    let works = FAMILIES.map(|family| Work::new(family, effort.seeds(INSTANTS)));
+    let failure: Mutex<Option<SuiteError>> = Mutex::default();
+    let tell = || {
+        let done: usize = works.iter().map(|work| work.felt().len()).sum();
+        (effort.progress)("kill", done as u64, works.iter().map(|work| work.all).sum());
+    };
     thread::scope(|scope| {
-        for number in 0..ROBOTS.min(all) {
-            let (felt, failure, next) = (&felt, &failure, &next);
+        for (number, work) in (0..ROBOTS).flat_map(|_| &works).enumerate() {
+            let (failure, works, tell) = (&failure, &works, &tell);
             scope.spawn(move || {
-                let outcome = one_robot(
-                    number,
-                    || {
-                        let blow = next.fetch_add(1, Ordering::Relaxed);
-                        let done = felt.lock().unwrap_or_else(PoisonError::into_inner).len() as u64;
-                        (effort.progress)("kill", done, all);
-                        (blow < all).then_some((blow % BLOWS.len() as u64) as usize)
-                    },
-                    felt,
-                );
-                if let Err(error) = outcome {
+                if let Err(error) = one_robot(number as u64, work, tell) {
                     failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-                    next.store(all, Ordering::Relaxed);
+                    works.iter().for_each(|work| work.next.store(work.all, Ordering::Relaxed));
                 }
             });
         }
@@ -93,22 +135,13 @@ fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
     if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(error);
     }
-    let felt = felt.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let mut rows: Vec<Row> =
-        BLOWS.iter().enumerate().flat_map(|(blow, axe)| rows_of(axe, felt.iter().filter(|felt| felt.blow == blow))).collect();
-    rows.push(Row::exactly("blows that were felt, and after which all went on", all as f64, felt.len() as f64, ""));
-    let collisions = |sees: bool| {
-        let of = felt.iter().filter(|felt| BLOWS[felt.blow].base_still_sees() == sees);
-        of.map(|felt| f64::from(felt.collisions)).sum()
-    };
-    rows.push(Row::exactly("ran into something while its hardware lived", 0.0, collisions(true), ""));
-    rows.push(Row::information("ran into something before its watchdog stopped it", collisions(false), ""));
+    let mut rows: Vec<Row> = works.iter().flat_map(Work::rows).collect();
     let left = left_in_shared_memory().saturating_sub(before);
     rows.push(Row::exactly("files left in shared memory", 0.0, left as f64, ""));
     Ok(rows)
 }
 
-fn rows_of<'a>(axe: &Axe, felt: impl Iterator<Item = &'a Felt>) -> [Row; 2] {
+fn rows_of<'a>(name: &str, axe: &Axe, felt: impl Iterator<Item = &'a Felt>) -> [Row; 2] {
     let (mut stood, mut went_on) = (0.0_f64, Vec::new());
     for felt in felt {
         stood = stood.max(felt.stood);
@@ -118,12 +151,12 @@ fn rows_of<'a>(axe: &Axe, felt: impl Iterator<Item = &'a Felt>) -> [Row; 2] {
     let median = went_on.get(went_on.len() / 2).copied().unwrap_or_default();
     [
         Row::at_most(
-            format!("{}: stands within, beside braking, worst", axe.words),
-            1000.0 * (PERIOD + WATCHDOG),
+            format!("{name}: {}: stands within, beside braking, worst", axe.words),
+            1000.0 * (PERIOD + axe.within),
             1000.0 * stood,
             "ms",
         ),
-        Row::information(format!("{}: drives again after, median", axe.words), median, "s"),
+        Row::information(format!("{name}: {}: drives again after, median", axe.words), median, "s"),
     ]
 }
 
@@ -194,22 +227,24 @@ impl Drop for Crew<'_> {
 }
 
 /// One robot with its two processes, and one blow after the other.
-fn one_robot(number: u64, next: impl Fn() -> Option<usize>, felt: &Mutex<Vec<Felt>>) -> Result<(), SuiteError> {
+fn one_robot(number: u64, work: &Work, tell: &(dyn Fn() + Sync)) -> Result<(), SuiteError> {
     let mut random = Pcg64::seed_from_u64(number);
     let folder = tempfile::tempdir().map_err(SuiteError::from_display)?;
-    let robot = Watched::start(number)?;
+    let robot = Watched::start(work.family, number)?;
     let name = format!("kill-{}-{number}", std::process::id());
-    fs::write(folder.path().join("mission.toml"), mission(&name, &robot.port)).map_err(SuiteError::from_display)?;
+    let mission = work.family.mission(&name, &robot.port, LONGEST);
+    fs::write(folder.path().join("mission.toml"), mission).map_err(SuiteError::from_display)?;
     let mut crew = Crew::new(folder.path());
     crew.muster()?;
     drives(&robot, &crew, "at the start")?;
-    while let Some(blow) = next() {
-        let axe = &BLOWS[blow];
+    while let Some(blow) = work.next() {
+        tell();
+        let axe = &work.family.blows[blow];
         drives(&robot, &crew, &format!("before: {}", axe.words))?;
         thread::sleep(Duration::from_secs_f64(random.random_range(0.0..1.0)));
         let (began, before) = (Instant::now(), robot.collisions());
         axe.strike(&mut crew, &robot);
-        thread::sleep(Duration::from_secs_f64(PERIOD + WATCHDOG) + robot::BRAKING + AWAY);
+        thread::sleep(Duration::from_secs_f64(PERIOD + LONGEST_STOP) + robot::BRAKING + AWAY);
         let stood = robot.stood_after(began).unwrap_or(f64::INFINITY);
         axe.heal(&mut crew, &robot);
         crew.muster()?;
@@ -217,7 +252,7 @@ fn one_robot(number: u64, next: impl Fn() -> Option<usize>, felt: &Mutex<Vec<Fel
         let when = drives(&robot, &crew, &format!("after: {}", axe.words))?;
         let went_on = when.saturating_duration_since(back).as_secs_f64();
         let collisions = robot.collisions() - before;
-        felt.lock().unwrap_or_else(PoisonError::into_inner).push(Felt { blow, stood, went_on, collisions });
+        work.felt().push(Felt { blow, stood, went_on, collisions });
     }
     Ok(())
 }
@@ -231,31 +266,4 @@ fn drives(robot: &Watched, crew: &Crew<'_>, what: &str) -> Result<Instant, Suite
             crew.last_words()
         ))
     })
-}
-
-fn mission(name: &str, port: &str) -> String {
-    format!(
-        r#"
-[mission]
-clock = "wall"
-duration = {LONGEST}
-run = "{name}"
-
-[[robot]]
-name = "pioneer"
-hardware = "elsewhere"
-base = {{ driver = "arcos", port = "{port}" }}
-sonar = {{ driver = "arcos" }}
-
-[robot.agent.where-am-i]
-
-[robot.agent.avoidance]
-
-[robot.agent.corridor-follower]
-cruise_speed = 0.3
-
-[robot.agent.patrol]
-least_width = 1.4
-"#
-    )
 }

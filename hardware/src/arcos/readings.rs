@@ -8,7 +8,7 @@ use orienteer_runtime::{
 };
 
 use crate::wire::arcos::{
-    information::{Information, flags},
+    information::{Information, flags, touch},
     units::{ANGLE, Units, Unwrapped},
 };
 
@@ -130,6 +130,8 @@ fn state_of(packet: &Information) -> u32 {
         (motors, state::ENABLED),
         (packet.stalls(), state::STALLED),
         (packet.bumps(), state::CONTACT),
+        (packet.right & touch::BUMPERS != 0, state::CONTACT_AHEAD),
+        (packet.left & touch::BUMPERS != 0, state::CONTACT_BEHIND),
         (stopped, state::EMERGENCY_STOP),
     ]
     .into_iter()
@@ -202,7 +204,7 @@ mod tests {
         assert_eq!(flags_of(0, 0), state::EMERGENCY_STOP);
         assert_eq!(flags_of(flags::MOTORS | flags::STOP_BUTTON, 0), state::ENABLED | state::EMERGENCY_STOP);
         assert_eq!(flags_of(flags::MOTORS, 1), state::ENABLED | state::STALLED);
-        assert_eq!(flags_of(flags::MOTORS, 2), state::ENABLED | state::CONTACT);
+        assert_eq!(flags_of(flags::MOTORS, 2), state::ENABLED | state::CONTACT | state::CONTACT_AHEAD);
         assert_eq!(readings.odometry().unwrap().battery, 12.5);
         let more = Some(More { battery: Some(480), turn_rate: Some(-900), ..More::default() });
         readings.follow(at(2.0), &Information { more, ..Information::default() });

@@ -42,8 +42,9 @@
 //!
 //! # Contact
 //!
-//! Odometry says that something is touched, not where. If the base was driving when it began, the contact is taken to be on the side it
-//! drove towards; if it stood, at the nearest thing that the sonars see within a hand's breadth of the body. Away from there
+//! Odometry says that something is touched, and with bumpers whether that is ahead or behind. Where it does not: if the base was driving
+//! when it began, the contact is taken to be on the side it drove towards; if it stood, at the nearest thing that the sonars see within a
+//! hand's breadth of the body. Away from there
 //! (120° or more off) it may back off, straight and slowly, as far as rule 9 lets it. In any other direction, when nothing
 //! tells where the contact is, and for turns, it stands still until the contact ends.
 
@@ -290,10 +291,16 @@ impl Protection {
         if self.platform.turning_radius > 0.0 || self.contact != Contact::None { 0.0 } else { twist.angular }
     }
 
-    /// Finds out where the body touches something, when that begins.
+    /// Finds out where the body touches something: from its bumpers, or else when that begins.
     fn feel(&mut self, now: Time, odometry: &Odometry) {
+        let bumpers = (odometry.flags & flags::CONTACT_AHEAD != 0, odometry.flags & flags::CONTACT_BEHIND != 0);
         if odometry.flags & (flags::CONTACT | flags::STALLED) == 0 {
             self.contact = Contact::None;
+        } else if bumpers.0 || bumpers.1 {
+            self.contact = match bumpers {
+                (true, true) => Contact::Somewhere,
+                (ahead, _) => Contact::At(if ahead { 0.0 } else { std::f64::consts::PI }),
+            };
         } else if self.contact == Contact::None {
             let drove = if self.last.linear != 0.0 { self.last.linear } else { odometry.twist.linear };
             self.contact = if drove.abs() > 1e-3 {

@@ -135,7 +135,7 @@ fn state_of(sensors: &Sensors, stuck: bool) -> u32 {
     [
         (obeys, flags::ENABLED),
         (sensors.overloaded() || stuck, flags::STALLED),
-        (sensors.bumps() || sensors.cliff(), flags::CONTACT),
+        (sensors.bumps() || sensors.cliff(), flags::CONTACT | flags::CONTACT_AHEAD),
         (!obeys || sensors.drops(), flags::EMERGENCY_STOP),
     ]
     .into_iter()

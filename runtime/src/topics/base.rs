@@ -22,6 +22,10 @@ pub mod flags {
     pub const EMERGENCY_STOP: u32 = 1 << 3;
     /// The base's own protection holds or slows it: stale command, stale sonar, lost link, too little free distance.
     pub const PROTECTED: u32 = 1 << 4;
+    /// Beside [`CONTACT`]: what it touches is ahead, less than a right angle from its heading, as a bumper there says.
+    pub const CONTACT_AHEAD: u32 = 1 << 5;
+    /// Beside [`CONTACT`]: what it touches is behind.
+    pub const CONTACT_BEHIND: u32 = 1 << 6;
 }
 
 /// What the base knows of its own motion. Topic `base/odometry`.

@@ -1,63 +1,59 @@
 //! The blows that fall.
 
-use std::process::Child;
+use std::{fs, process::Child};
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, kill_process};
 
-use super::{
-    Crew,
-    robot::{Watched, Wire},
-};
+use super::{Crew, robot::Watched};
+
+pub use super::robot::Wire;
+pub use rustix::process::Signal;
 
 /// A blow, and how it heals.
 pub struct Axe {
     /// What happens, for people.
     pub words: &'static str,
-    what: What,
+    /// Whom it befalls.
+    pub victim: Victim,
+    /// The base must have been told to stand within this, s, beside a control period.
+    pub within: f64,
 }
 
-enum What {
+/// Whom a blow befalls, and how.
+pub enum Victim {
+    /// The mission's process gets a signal.
     Mission(Signal),
+    /// The hardware's process gets one.
     Hardware(Signal),
+    /// The process that minds the hardware's line is killed.
+    Minder,
+    /// The wire between hardware and robot is spoiled.
     Wire(Wire),
 }
-
-/// All blows.
-pub const BLOWS: [Axe; 10] = [
-    Axe { words: "mission, kill -9", what: What::Mission(Signal::KILL) },
-    Axe { words: "mission, held up", what: What::Mission(Signal::STOP) },
-    Axe { words: "mission, ends", what: What::Mission(Signal::TERM) },
-    Axe { words: "hardware, kill -9", what: What::Hardware(Signal::KILL) },
-    Axe { words: "hardware, held up", what: What::Hardware(Signal::STOP) },
-    Axe { words: "hardware, ends", what: What::Hardware(Signal::TERM) },
-    Axe { words: "wire, silence", what: What::Wire(Wire::Silent) },
-    Axe { words: "wire, garbage", what: What::Wire(Wire::Garbage) },
-    Axe { words: "wire, half packets", what: What::Wire(Wire::Half) },
-    Axe { words: "robot, switched off", what: What::Wire(Wire::Off) },
-];
 
 impl Axe {
     /// True if the base's hardware lives and is heard: it must not run into anything, then.
     pub fn base_still_sees(&self) -> bool {
-        matches!(self.what, What::Mission(_))
+        matches!(self.victim, Victim::Mission(_))
     }
 
     /// Takes something away.
     pub fn strike(&self, crew: &mut Crew<'_>, robot: &Watched) {
-        match self.what {
-            What::Mission(with) => hit(&mut crew.mission, with),
-            What::Hardware(with) => hit(&mut crew.hardware, with),
-            What::Wire(wire) => robot.wire(wire),
+        match self.victim {
+            Victim::Mission(with) => hit(&mut crew.mission, with),
+            Victim::Hardware(with) => hit(&mut crew.hardware, with),
+            Victim::Minder => crew.hardware.iter().flat_map(children).for_each(|child| _ = kill_process(child, Signal::KILL)),
+            Victim::Wire(wire) => robot.wire(wire),
         }
     }
 
     /// Gives it back, if it was not a process that has ended.
     pub fn heal(&self, crew: &mut Crew<'_>, robot: &Watched) {
-        match self.what {
-            What::Mission(Signal::STOP) => crew.mission.iter().for_each(|child| signal(child, Signal::CONT)),
-            What::Hardware(Signal::STOP) => crew.hardware.iter().for_each(|child| signal(child, Signal::CONT)),
-            What::Mission(_) | What::Hardware(_) => {}
-            What::Wire(_) => robot.wire(Wire::Whole),
+        match self.victim {
+            Victim::Mission(Signal::STOP) => crew.mission.iter().for_each(|child| signal(child, Signal::CONT)),
+            Victim::Hardware(Signal::STOP) => crew.hardware.iter().for_each(|child| signal(child, Signal::CONT)),
+            Victim::Mission(_) | Victim::Hardware(_) | Victim::Minder => {}
+            Victim::Wire(_) => robot.wire(Wire::Whole),
         }
     }
 }
@@ -77,4 +73,16 @@ fn hit(child: &mut Option<Child>, with: Signal) {
 pub fn signal(child: &Child, with: Signal) {
     // One that is gone already needs none.
     let _ = kill_process(Pid::from_child(child), with);
+}
+
+/// The processes that a process has started.
+fn children(parent: &Child) -> Vec<Pid> {
+    let started_by = |pid: &str| -> Option<u32> {
+        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+        // The name, in parentheses, may hold anything.
+        stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
+    };
+    let names = fs::read_dir("/proc").into_iter().flatten().flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    let ours = names.filter(|name| started_by(name) == Some(parent.id()));
+    ours.filter_map(|name| Pid::from_raw(name.parse().ok()?)).collect()
 }

@@ -15,11 +15,9 @@ use orienteer_runtime::geometry::{Pose, Twist};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::super::SuiteError;
+use super::{super::SuiteError, family::Family};
 use crate::emulate::{self, EmulatedRobot, Options, Start};
 
-/// What the Pioneer's brakes can do, m/s² and rad/s².
-const BRAKES: (f64, f64) = (0.3, 1.745);
 /// No robot here needs longer to brake.
 pub const BRAKING: Duration = Duration::from_millis(1200);
 /// A robot that moves faster than this, m/s, drives.
@@ -57,6 +55,7 @@ pub enum Wire {
 pub struct Watched {
     /// Where its driver finds it.
     pub port: String,
+    brakes: (f64, f64),
     state: Arc<Mutex<State>>,
     quit: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -72,12 +71,12 @@ struct State {
 }
 
 impl Watched {
-    pub fn start(seed: u64) -> Result<Self, SuiteError> {
+    pub fn start(family: &Family, seed: u64) -> Result<Self, SuiteError> {
         let folder = tempfile::tempdir().map_err(SuiteError::from_display)?;
         let world = folder.path().join("ring.toml");
         std::fs::write(&world, WORLD).map_err(SuiteError::from_display)?;
         let start = Start::Pose(Pose::new(3.0, 0.9, 0.0));
-        let options = Options { world: Some(world), robot: "p3dx".into(), model: None, start, seed };
+        let options = Options { world: Some(world), robot: family.robot.into(), model: None, start, seed };
         let rig = emulate::build(&options).map_err(SuiteError::from_display)?;
         let port = Port::open("tcp://127.0.0.1:0").map_err(SuiteError::from_display)?;
         let name = port.name().to_owned();
@@ -92,7 +91,7 @@ impl Watched {
         let (watched, ended) = (state.clone(), quit.clone());
         let body = move || live(rig, port, &watched, &ended, seed);
         let thread = thread::Builder::new().name("robot".into()).spawn(body).map_err(SuiteError::from_display)?;
-        Ok(Self { port: name, state, quit, thread: Some(thread) })
+        Ok(Self { port: name, brakes: family.brakes, state, quit, thread: Some(thread) })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -144,7 +143,7 @@ impl Watched {
             }
             last.saturating_duration_since(began).as_secs_f64() - fastest / brakes
         };
-        Some(told(|twist| twist.linear, BRAKES.0).max(told(|twist| twist.angular, BRAKES.1)).max(0.0))
+        Some(told(|twist| twist.linear, self.brakes.0).max(told(|twist| twist.angular, self.brakes.1)).max(0.0))
     }
 }
 

@@ -201,7 +201,10 @@ fn at_an_edge_it_goes_no_further_and_backs_off() {
     both.drive(0.5, AHEAD);
     assert!(both.speed() == 0.0 && both.odometry().flags & flags::CONTACT != 0);
     both.drive(1.0, Twist::STOP);
-    assert_eq!((both.rig.emulator().mode(), both.odometry().flags), (Mode::Safe, flags::ENABLED | flags::CONTACT));
+    assert_eq!(
+        (both.rig.emulator().mode(), both.odometry().flags),
+        (Mode::Safe, flags::ENABLED | flags::CONTACT | flags::CONTACT_AHEAD)
+    );
     both.drive(1.0, AHEAD);
     assert_eq!((both.speed(), both.rig.emulator().mode()), (0.0, Mode::Safe), "it was not even told to");
     both.drive(1.0, Twist::new(-0.05, 0.0));

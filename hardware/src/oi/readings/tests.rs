@@ -106,8 +106,8 @@ fn what_is_felt_is_told() {
     assert_eq!(told(|_| {}), enabled);
     assert_eq!(told(|sensors| sensors.mode = Mode::Full), enabled);
     assert_eq!(told(|sensors| sensors.mode = Mode::Passive), flags::EMERGENCY_STOP);
-    assert_eq!(told(|sensors| sensors.bumps_and_drops = bumps::LEFT), enabled | flags::CONTACT);
-    assert_eq!(told(|sensors| sensors.cliffs[2] = true), enabled | flags::CONTACT);
+    assert_eq!(told(|sensors| sensors.bumps_and_drops = bumps::LEFT), enabled | flags::CONTACT | flags::CONTACT_AHEAD);
+    assert_eq!(told(|sensors| sensors.cliffs[2] = true), enabled | flags::CONTACT | flags::CONTACT_AHEAD);
     assert_eq!(told(|sensors| sensors.bumps_and_drops = bumps::RIGHT_DROP), enabled | flags::EMERGENCY_STOP);
     assert_eq!(told(|sensors| sensors.overcurrents = overcurrents::RIGHT), enabled | flags::STALLED);
     assert_eq!(told(|sensors| sensors.overcurrents = 1), enabled, "a brush is no wheel");

@@ -153,7 +153,7 @@ fn what_is_touched_stops_the_base_with_the_bytes_that_say_so() {
         // Whoever drives knows nothing of it yet.
         talk.session.drive(talk.now, AHEAD);
         assert_eq!(talk.beat(10 * MILLISECOND), [STAND]);
-        assert_eq!(talk.flags(), flags::ENABLED | flags::CONTACT);
+        assert_eq!(talk.flags(), flags::ENABLED | flags::CONTACT | flags::CONTACT_AHEAD);
         let told = talk.drive(1.0, Twist::new(0.3, 0.5));
         assert!(told.iter().all(|told| *told == (0, 0)), "ahead is blocked: {told:?}");
         assert_eq!(talk.drive(1.0, Twist::new(-0.05, 0.0)).last(), Some(&(-50, -50)), "back is not");

@@ -126,6 +126,26 @@ fn after_a_contact_it_may_only_back_off() {
     assert_eq!(filter(&odometry, &demand), (Twist::new(0.3, 0.0), None));
 }
 
+/// A bumper that springs back is pressed again while the base backs off along a wall: taken for a thing behind, it held the base there
+/// for ever.
+#[test]
+fn what_a_bumper_says_goes_before_the_way_that_was_driven() {
+    for (bumper, away) in [(flags::CONTACT_AHEAD, -0.1), (flags::CONTACT_BEHIND, 0.1)] {
+        let (mut protection, mut odometry, scan, mut demand) = setup();
+        let mut permitted = |flags: u32, speed: f64| {
+            odometry.flags = flags;
+            demand.twist = Twist::new(speed, 0.0);
+            protection.filter(Time::START, &demand, &odometry, Some(&scan), LinkState::Up).twist.linear
+        };
+        let pressed = flags::ENABLED | flags::CONTACT | bumper;
+        // Also where it has just begun to listen, and never moved.
+        assert_eq!([permitted(pressed, -away), permitted(pressed, away)], [0.0, away]);
+        assert!(permitted(flags::ENABLED, away) != 0.0);
+        assert_eq!([permitted(pressed, away), permitted(pressed, -away)], [away, 0.0]);
+        assert_eq!(permitted(flags::ENABLED | flags::CONTACT | flags::CONTACT_AHEAD | flags::CONTACT_BEHIND, away), 0.0);
+    }
+}
+
 #[test]
 fn pushed_while_standing_it_moves_only_away_from_what_it_sees() {
     for (echoes_behind, forward_allowed) in [(0.25, true), (3.0, false)] {
