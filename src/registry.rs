@@ -1,6 +1,6 @@
 //! The kinds that a mission may name.
 
-use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, WhereAmI};
+use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, Wander, WhereAmI};
 use orienteer_hardware::{
     base::presets,
     drivers::Drivers,
@@ -31,7 +31,13 @@ impl Registry {
     #[must_use]
     pub fn standard() -> Self {
         let mut agents = Agents::default();
-        agents.add::<WhereAmI>().add::<Avoidance>().add::<CorridorFollower>().add::<Patrol>().add::<MapperAgent>();
+        agents
+            .add::<WhereAmI>()
+            .add::<Avoidance>()
+            .add::<CorridorFollower>()
+            .add::<Patrol>()
+            .add::<Wander>()
+            .add::<MapperAgent>();
         Self { agents, drivers: Drivers::standard() }
     }
 

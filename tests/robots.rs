@@ -34,6 +34,31 @@ fn robots_with_a_ring_to_see_by_patrol_a_floor() {
     }
 }
 
+/// A robot that only feels, in a room with two pillars: five minutes on each of five seeds. It touches what it meets, never stays there,
+/// and gets everywhere.
+#[test]
+fn a_robot_with_nothing_but_a_bumper_wanders_about() {
+    let text = "[mission]\nduration = 300\nlinks = 'direct'\n[record]\nenabled = false\n[world]\nfile = 'room.toml'\n[[robot]]\n\
+                name = 'r'\nbase = { driver = 'sim', platform = 'amigobot', protection = { sonar_required = false } }\n\
+                [robot.agent.wander]\n";
+    let room = "[[room]]\ncorners = [[-3, -2], [3, 2]]\n[[disc]]\ncenter = [1.5, 0.5]\nradius = 0.2\n\
+                [[disc]]\ncenter = [-1.5, -0.5]\nradius = 0.3\n";
+    for seed in 1..=5 {
+        let files = [("mission.toml".to_owned(), text.as_bytes().to_vec()), ("room.toml".to_owned(), room.as_bytes().to_vec())];
+        let loaded = mission::load_files(files, "mission.toml", &Registry::standard()).unwrap();
+        let outcome =
+            mission::run(loaded, &Registry::standard(), RunOptions { seed: Some(seed), ..RunOptions::default() }).unwrap();
+        let fact = |name| outcome.robots[0].fact(name).unwrap();
+        // Half of the time goes for backing off and turning.
+        assert!(
+            fact("driving_s") > 200.0 && fact("touched") > 8.0,
+            "seed {seed}: {:?}",
+            outcome.robots[0].facts().collect::<Vec<_>>()
+        );
+        assert!(fact("collisions") <= fact("touched") + 1.0 && fact("held") <= 2.0, "seed {seed}");
+    }
+}
+
 #[test]
 fn where_a_ring_is_blind_is_told() {
     let text = "[[robot]]\nname = 'r'\nbase = { driver = 'sim' }\nsonar = { driver = 'sim', custom = { transducer = [{ x = 0, y = 0, bearing_deg = 0 }, { x = 0, y = 0, bearing_deg = 90 }] } }\n\

@@ -9,6 +9,7 @@
 //! | [`avoidance`] | `avoidance` | slows down for what comes near, steps aside for what keeps coming |
 //! | [`corridor_follower`] | `corridor-follower` | keeps to the middle of a corridor up to its next opening |
 //! | [`patrol`] | `patrol` | sends the follower on from place to place |
+//! | [`wander`] | `wander` | straight on until it touches something, turns away, and on |
 //! | [`mapper`] | `mapper` | draws a certainty grid |
 //!
 //! Shared, and free of any agent: [`certainty_grid`].
@@ -19,10 +20,12 @@ pub mod certainty_grid;
 pub mod corridor_follower;
 pub mod mapper;
 pub mod patrol;
+pub mod wander;
 pub mod where_am_i;
 
 pub use avoidance::Avoidance;
 pub use corridor_follower::CorridorFollower;
 pub use mapper::MapperAgent;
 pub use patrol::Patrol;
+pub use wander::Wander;
 pub use where_am_i::WhereAmI;
