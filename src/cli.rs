@@ -241,7 +241,7 @@ pub(crate) struct MapArguments {
 /// What `emulate` takes.
 #[derive(Debug, Args)]
 pub(crate) struct EmulateArguments {
-    /// The language of the robot: arcos (Pioneer, AmigoBot), create (and Roomba)
+    /// What it speaks: arcos (Pioneer, AmigoBot) or create (Roomba, too)
     #[arg(hide_possible_values = true, value_parser = emulate::language)]
     pub language: Language,
     /// The world's file; without it, the built-in office floor
@@ -253,7 +253,7 @@ pub(crate) struct EmulateArguments {
     /// arcos: p3dx (the default) or amigobot; create: create2
     #[arg(long)]
     pub robot: Option<String>,
-    /// The model: p3dx-sh, p3dx, p2dx, amigo ...; create2, create1, roomba
+    /// arcos: p3dx-sh, p2dx, amigo ...; or create2, create1
     #[arg(long)]
     pub model: Option<String>,
     /// A place of the world, or metres and degrees: 2.5,1.0,90

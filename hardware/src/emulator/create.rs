@@ -10,11 +10,7 @@
 mod senses;
 mod wheels;
 
-use orienteer_runtime::{
-    geometry::Twist,
-    time::Time,
-    topics::{Odometry, flags},
-};
+use orienteer_runtime::{geometry::Twist, time::Time, topics::Odometry};
 use smallvec::SmallVec;
 
 use super::Emulator;
@@ -172,7 +168,7 @@ impl Emulator for CreateEmulator {
     }
 
     fn feel(&mut self, at: Option<f64>) {
-        self.senses.bump(at);
+        self.senses.touch(at);
     }
 
     fn drive(&mut self, _now: Time, odometry: &Odometry) -> Twist {
@@ -182,9 +178,8 @@ impl Emulator for CreateEmulator {
     }
 
     fn transmit(&mut self, now: Time, odometry: &Odometry, into: &mut Vec<u8>) {
-        let touching = odometry.flags & (flags::CONTACT | flags::STALLED) != 0;
         let Self { senses, stream, wheels, .. } = self;
-        senses.note(self.mode, wheels, touching, odometry.twist);
+        senses.note(now, self.mode, wheels, odometry.twist);
         senses.ground(self.lifted, self.at_edge);
         senses.streams(stream.packets.len());
         for id in self.asked.drain(..) {

@@ -1,14 +1,12 @@
 //! A session over a line.
 
-use std::time::Duration;
-
 use orienteer_runtime::{
     geometry::Twist,
     time::Time,
     topics::{LineState, Odometry},
 };
 
-use super::{Profile, Session, State};
+use super::{Profile, Session, State, session::GONE};
 use crate::{
     driver::DriverError,
     line::{Address, Line, Minding, Standing, Stream},
@@ -17,9 +15,6 @@ use crate::{
 
 /// A base that was greeted so often, twice a second, does not listen at this speed.
 const ENOUGH: u8 = 3;
-/// A client that says nothing for so long, of which it says something ten times a second, is as good as gone.
-const SILENCE: Duration = Duration::from_millis(250);
-
 /// One base at the end of a line, greeted and driven as long as it is [polled](Client::poll), a hundred times a second.
 pub struct Client {
     line: Line,
@@ -43,7 +38,7 @@ impl Client {
     #[must_use]
     pub fn new(address: Address, baud: Option<u32>, profile: Profile) -> Self {
         let bauds = baud.map_or_else(|| profile.model.bauds.to_vec(), |baud| vec![baud]);
-        let minding = Minding { stop: STOP_ANYHOW.to_vec(), silence: SILENCE };
+        let minding = Minding { stop: STOP_ANYHOW.to_vec(), silence: GONE };
         Self::on(Line::new(address, bauds[0]).minded(minding), bauds, profile)
     }
 

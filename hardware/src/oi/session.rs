@@ -33,6 +33,8 @@ const SETTLES: Duration = Duration::from_millis(40);
 const HOLDS: Duration = Duration::from_millis(250);
 /// The base is told its speeds at least this often, so that whoever minds the line knows that somebody is there.
 const ALIVE: Duration = Duration::from_millis(100);
+/// A client that says nothing for so long is as good as gone, to whoever minds the line; the base is told to stand then.
+pub(super) const GONE: Duration = Duration::from_millis(250);
 /// A base in Passive mode is asked for Safe so often.
 const SAFE_AGAIN: Duration = Duration::from_millis(500);
 /// Wheels that were down for so long stay down: hands are away by then.
@@ -249,14 +251,17 @@ impl Session {
     fn steer(&mut self, now: Time, into: &mut Vec<u8>) {
         let holds = self.renewed.is_some_and(|renewed| now.since(renewed) < HOLDS);
         let wanted = if holds { self.wanted } else { Twist::STOP };
-        let seconds = self.paced.replace(now).map_or(0.0, |paced| now.secs_since(paced));
+        let pause = self.paced.replace(now).map_or(Duration::ZERO, |paced| now.since(paced));
         if !self.sensors.mode.obeys() {
             (self.pace, self.told, self.reflexes.must_rest) = (Twist::STOP, None, true);
             self.ask_for_motors(now, wanted, into);
             return;
         }
         self.pace = match self.permitted(wanted) {
+            // Who was held up comes back to a base that stands.
+            Some(_) if pause >= GONE => Twist::STOP,
             Some(twist) => {
+                let seconds = pause.as_secs_f64();
                 let Profile { acceleration, angular_acceleration, .. } = self.profile;
                 let linear = ramp(self.pace.linear, twist.linear, acceleration, seconds).0;
                 Twist::new(linear, ramp(self.pace.angular, twist.angular, angular_acceleration, seconds).0)

@@ -1,9 +1,10 @@
 //! What a Create senses: its wheels, its bumper, and itself.
 
-use std::f64::consts::FRAC_PI_2;
+use std::{f64::consts::FRAC_PI_2, time::Duration};
 
 use orienteer_runtime::{
     geometry::{Pose, Twist},
+    time::Time,
     topics::Odometry,
 };
 
@@ -20,6 +21,8 @@ const MIDDLE: f64 = 0.35;
 const CREEPS: f64 = 0.01;
 /// On a sharper curve than this, rad/s, the caster does not turn.
 const STRAIGHT: f64 = 0.2;
+/// A motor that is held for so long draws too much: not every touch does.
+const STRAINS: Duration = Duration::from_millis(300);
 /// Counts of a wheel, whose circumference Create 2 tells: on Create 1 nobody asks for them.
 const COUNT: f64 = match Model::CREATE_2.way {
     Way::Encoders(count) => count,
@@ -30,6 +33,10 @@ const COUNT: f64 = match Model::CREATE_2.way {
 #[derive(Debug, Clone)]
 pub(super) struct Senses {
     sensors: Sensors,
+    /// In which direction something is touched, rad.
+    touched: Option<f64>,
+    /// Since when the wheels are held by that.
+    held: Option<Time>,
     /// Where the base was when it was looked at last, and what it had turned by.
     last: Option<(Pose, f64)>,
     /// Ways of the left and the right wheel, in counts.
@@ -50,7 +57,7 @@ impl Senses {
             cliff_signals: [2500; 4],
             ..Sensors::default()
         };
-        Self { sensors, last: None, counts: [0.0; 2], untold: (0.0, 0.0) }
+        Self { sensors, touched: None, held: None, last: None, counts: [0.0; 2], untold: (0.0, 0.0) }
     }
 
     /// What is sensed now.
@@ -58,8 +65,10 @@ impl Senses {
         &self.sensors
     }
 
-    /// The bumper goes round the front half of the body, and is felt on either side.
-    pub fn bump(&mut self, at: Option<f64>) {
+    /// Something is touched in this direction, rad, or nothing. The bumper goes round the front half of the body, and is felt on either
+    /// side.
+    pub fn touch(&mut self, at: Option<f64>) {
+        self.touched = at;
         let pressed = match at.filter(|at| at.abs() <= FRAC_PI_2) {
             None => 0,
             Some(at) if at.abs() <= MIDDLE => bumps::LEFT | bumps::RIGHT,
@@ -82,19 +91,23 @@ impl Senses {
     }
 
     /// What the base does, and whether something is in its way.
-    pub fn note(&mut self, mode: Mode, wheels: &Wheels, touching: bool, moves: Twist) {
+    pub fn note(&mut self, now: Time, mode: Mode, wheels: &Wheels, moves: Twist) {
         let (right, left) = wheels.speeds();
         (self.sensors.requested_velocity, self.sensors.requested_radius) = wheels.circle();
         (self.sensors.requested_right, self.sensors.requested_left) = (right, left);
         self.sensors.mode = mode;
-        let blocked = touching && moves.linear.abs() < CREEPS && i32::from(right) + i32::from(left) != 0;
+        // Wheels that only begin to turn strain no more than they ever do.
+        let ahead = f64::from(i32::from(right) + i32::from(left));
+        let held = moves.linear.abs() < CREEPS && self.touched.is_some_and(|at| at.cos() * ahead > 0.0);
+        self.held = held.then(|| self.held.unwrap_or(now));
+        let blocked = self.held.is_some_and(|since| now.since(since) >= STRAINS);
         // Roughly what is measured of a Create on a level floor, and of one that is held.
         let current = |speed: i16| if speed == 0 { 0 } else { if blocked { 1200 } else { 150 } };
         let strains = |speed: i16, bit: u8| if blocked && speed != 0 { bit } else { 0 };
         self.sensors.overcurrents = strains(right, overcurrents::RIGHT) | strains(left, overcurrents::LEFT);
         self.sensors.motor_currents = [current(left), current(right), 0, 0];
-        let ahead = moves.linear > CREEPS && moves.angular.abs() < STRAIGHT;
-        self.sensors.stasis = if ahead { stasis::GOES_AHEAD } else { 0 };
+        let goes_ahead = moves.linear > CREEPS && moves.angular.abs() < STRAIGHT;
+        self.sensors.stasis = if goes_ahead { stasis::GOES_AHEAD } else { 0 };
     }
 
     /// Whether it stands on its wheels, and whether there is floor before it.

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
-use orienteer_runtime::{geometry::Pose, random::Streams};
+use orienteer_runtime::{geometry::Pose, random::Streams, topics::flags};
 
 use super::*;
 use crate::{
@@ -156,11 +156,14 @@ fn a_bump_is_felt_where_it_is_and_stops_the_base_at_once() {
         });
         assert!(beats.is_some_and(|beats| beats <= 3), "{beats:?} beats of 10 ms");
         assert_eq!(both.rig.emulator().senses.sensors().bumps_and_drops, felt, "{degrees}");
-        assert!(both.odometry().flags & flags::CONTACT != 0, "{degrees}");
+        assert_eq!(both.odometry().flags, flags::ENABLED | flags::CONTACT, "{degrees}: a touch is no stall");
         // Ahead is blocked, back is not, and away from the wall all is well.
         both.drive(1.0, AHEAD);
         assert_eq!(both.rig.emulator().wheels.speeds(), (0, 0));
-        both.drive(2.0, Twist::new(-0.1, 0.0));
+        for _ in 0..200 {
+            both.drive(0.01, Twist::new(-0.1, 0.0));
+            assert_eq!(both.odometry().flags & flags::STALLED, 0, "it is free to go back");
+        }
         assert!(both.speed() < -0.09 && both.odometry().flags == flags::ENABLED, "{:?}", both.odometry());
     }
 }

@@ -235,6 +235,14 @@ fn a_base_that_falls_silent_is_greeted_anew_and_begins_standing() {
 }
 
 #[test]
+fn who_was_held_up_begins_standing() {
+    let mut talk = Talk::opened();
+    talk.drive(1.0, AHEAD);
+    talk.now = talk.now + GONE;
+    assert_eq!(talk.drive(0.03, AHEAD), [(0, 0), (5, 5), (10, 10)]);
+}
+
+#[test]
 fn halt_and_close_say_so_at_once_in_whatever_state() {
     let mut said = Vec::new();
     Talk::new().session.halt(&mut said);
