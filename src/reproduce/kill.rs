@@ -245,7 +245,7 @@ fn one_robot(number: u64, work: &Work, tell: &(dyn Fn() + Sync)) -> Result<(), S
         let (began, before) = (Instant::now(), robot.collisions());
         axe.strike(&mut crew, &robot);
         thread::sleep(Duration::from_secs_f64(PERIOD + LONGEST_STOP) + robot::BRAKING + AWAY);
-        let stood = robot.stood_after(began).unwrap_or(f64::INFINITY);
+        let stood = robot.stood_after(began, axe.heals_itself()).unwrap_or(f64::INFINITY);
         axe.heal(&mut crew, &robot);
         crew.muster()?;
         let back = Instant::now();

@@ -37,6 +37,11 @@ impl Axe {
         matches!(self.victim, Victim::Mission(_))
     }
 
+    /// True if nobody has to give back what it takes: the base stands for a moment, and then goes on by itself.
+    pub fn heals_itself(&self) -> bool {
+        matches!(self.victim, Victim::Minder)
+    }
+
     /// Takes something away.
     pub fn strike(&self, crew: &mut Crew<'_>, robot: &Watched) {
         match self.victim {

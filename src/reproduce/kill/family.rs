@@ -73,7 +73,7 @@ least_width = 1.4
 "#,
 };
 
-/// A Create, which has no watchdog. Nothing on this side of a wire that is cut can stop it, so its wire is not.
+/// A Create, which has no watchdog. Nothing on this side of a wire that is cut can stop it, so its wire is left alone.
 pub static CREATE: Family = Family {
     name: "Create",
     robot: "create2",
@@ -87,7 +87,6 @@ pub static CREATE: Family = Family {
         axe("hardware, held up", Victim::Hardware(Signal::STOP), MINDER),
         axe("hardware, ends", Victim::Hardware(Signal::TERM), MINDER),
         axe("minder, kill -9", Victim::Minder, GREETED),
-        axe("robot, switched off", Victim::Wire(Wire::Off), MINDER),
     ],
     robot_text: r#"name = "create"
 base = { driver = "create", port = "PORT", protection = { sonar_required = false } }

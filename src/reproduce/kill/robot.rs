@@ -130,10 +130,14 @@ impl Watched {
     }
 
     /// Time from an instant until it stood and stayed so, less that which its brakes need from the highest speed that it had meanwhile,
-    /// s: until it was told to stop, that is. `None` if it does not stand.
-    pub fn stood_after(&self, began: Instant) -> Option<f64> {
-        let state = self.state();
-        if !state.moved.back().is_some_and(|(_, twist)| twist.is_stop()) {
+    /// s: until it was told to stop, that is. `None` if it does not stand; one that does so `for_a_moment` need not stay.
+    pub fn stood_after(&self, began: Instant, for_a_moment: bool) -> Option<f64> {
+        let mut state = self.state();
+        let stands = |(when, twist): &(Instant, Twist)| *when >= began && twist.is_stop();
+        if for_a_moment && let Some(first) = state.moved.iter().position(stands) {
+            state.moved.truncate(first + 1);
+        }
+        if !state.moved.back().is_some_and(stands) {
             return None;
         }
         let told = |speed: fn(&Twist) -> f64, brakes: f64| {
