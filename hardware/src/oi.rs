@@ -13,7 +13,7 @@
 //!
 //! # What it feels
 //!
-//! * A **bump** is [`CONTACT`](orienteer_runtime::topics::flags::CONTACT). The base stops, and goes ahead no more until the bumper is
+//! * A **bump** is [`CONTACT`](orienteer_runtime::topics::flags::CONTACT), and ahead. The base stops, and goes ahead no more until the bumper is
 //!   free; it may turn, and back off, as far as [protection](crate::base::protection) lets it.
 //! * A **cliff** is the same. There is nothing to touch, but all that protection makes of a contact is right here: not that way, and
 //!   straight back is good. As an emergency stop it would hold the base at the edge for ever. The sensors look ahead, as the bumper

@@ -156,7 +156,8 @@ fn a_bump_is_felt_where_it_is_and_stops_the_base_at_once() {
         });
         assert!(beats.is_some_and(|beats| beats <= 3), "{beats:?} beats of 10 ms");
         assert_eq!(both.rig.emulator().senses.sensors().bumps_and_drops, felt, "{degrees}");
-        assert_eq!(both.odometry().flags, flags::ENABLED | flags::CONTACT, "{degrees}: a touch is no stall");
+        let touched = flags::ENABLED | flags::CONTACT | flags::CONTACT_AHEAD;
+        assert_eq!(both.odometry().flags, touched, "{degrees}: a touch is no stall");
         // Ahead is blocked, back is not, and away from the wall all is well.
         both.drive(1.0, AHEAD);
         assert_eq!(both.rig.emulator().wheels.speeds(), (0, 0));
