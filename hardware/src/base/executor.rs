@@ -55,6 +55,9 @@ pub struct ExecutorConfig {
     /// The share of the platform's acceleration that braking is planned with.
     #[schemars(range(min = 0.1, max = 1.0))]
     pub braking_share: f64,
+    /// For how long the base goes on at its old speed before it heeds a lower one, s. A driver that knows better counts with more.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub latency: f64,
     /// A move that makes no progress for so long is given up, s.
     #[schemars(range(min = 0.1, max = 3600.0))]
     pub patience: f64,
@@ -72,9 +75,24 @@ impl Default for ExecutorConfig {
             distance_tolerance: 0.001,
             angle_tolerance_deg: 0.1,
             braking_share: 0.9,
+            latency: 0.0,
             patience: 10.0,
             contact_patience: 0.5,
             heading_gain: 2.0,
+        }
+    }
+}
+
+impl ExecutorConfig {
+    /// For a base that tells its way in steps of so many metres, its turns in steps of so many radians, and heeds a command after so many
+    /// seconds: asks for no more than it can do.
+    #[must_use]
+    pub fn for_a_base(self, way: f64, turn: f64, latency: f64) -> Self {
+        Self {
+            distance_tolerance: self.distance_tolerance.max(2.0 * way),
+            angle_tolerance_deg: self.angle_tolerance_deg.max(2.0 * turn.to_degrees()),
+            latency: self.latency.max(latency),
+            ..self
         }
     }
 }
@@ -235,7 +253,7 @@ impl Executor {
             current.state = MotionState::Blocked;
             return Twist::STOP;
         }
-        let command = axis.command(period, self.config.braking_share);
+        let command = axis.command(period, &self.config);
         if command == 0.0 && axis.is_done(period) {
             current.state = MotionState::Done;
             current.final_progress = target;
@@ -302,13 +320,13 @@ impl Axis {
     }
 
     /// Commanded speed for the next period, signed.
-    fn command(&self, period: f64, braking_share: f64) -> f64 {
+    fn command(&self, period: f64, config: &ExecutorConfig) -> f64 {
         let left = self.left();
         if left.abs() <= 0.5 * self.tolerance {
             return 0.0;
         }
-        let deceleration = braking_share * self.acceleration;
-        let braking = Braking { acceleration: self.acceleration, deceleration, period, latency: 0.0 };
+        let deceleration = config.braking_share * self.acceleration;
+        let braking = Braking { acceleration: self.acceleration, deceleration, period, latency: config.latency };
         let speed = braking.speed(left.abs(), self.speed * left.signum(), self.cap);
         speed.copysign(left)
     }

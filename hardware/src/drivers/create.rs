@@ -47,6 +47,9 @@ fn usual_name() -> String {
     Model::CREATE_2.name.to_owned()
 }
 
+/// From a command to the first frame that shows what came of it, and half of the time over which a velocity is measured, s.
+const LATENCY: f64 = 0.08;
+
 pub(super) struct CreateBaseKind;
 
 impl BaseKind for CreateBaseKind {
@@ -70,10 +73,11 @@ impl BaseKind for CreateBaseKind {
                 "leave `platform` out, or describe a differential drive in `custom`",
             ));
         }
+        let (way, turn) = model.steps();
         let client = Client::new(address, config.baud, Profile::new(model, &platform));
         Ok(OpenBase {
             driver: Box::new(CreateBase::new(client, platform)),
-            motion: config.motion,
+            motion: config.motion.for_a_base(way, turn, LATENCY),
             protection: config.protection,
             start: site.start.unwrap_or_default(),
         })

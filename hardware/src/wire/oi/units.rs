@@ -102,6 +102,15 @@ impl Model {
     pub fn of(name: &str) -> Option<Self> {
         MODELS.into_iter().find(|model| model.name == name)
     }
+
+    /// The least way and the least turn that such a base can tell, m and rad.
+    #[must_use]
+    pub fn steps(&self) -> (f64, f64) {
+        match self.way {
+            Way::Encoders(count) => (count, count / self.tread),
+            Way::Sums => (0.001, 1f64.to_radians()),
+        }
+    }
 }
 
 /// The change of a counter that wraps, by the shorter way round: up to 14.5 m between two frames of a Create 2.
