@@ -61,7 +61,7 @@ struct Felt {
     blow: usize,
     /// Time until the base stood, less that which its brakes need from the speed that it had, s.
     stood: f64,
-    /// Time from when all was back until it drove again, s.
+    /// Time from when all was back until it drove again, s; infinite if it did not.
     went_on: f64,
     /// What it ran into meanwhile.
     collisions: u32,
@@ -88,6 +88,10 @@ impl Work {
         (number < self.all).then_some((number % self.family.blows.len() as u64) as usize)
     }
 
+    fn is_left(&self) -> bool {
+        self.next.load(Ordering::Relaxed) < self.all
+    }
+
     fn felt(&self) -> MutexGuard<'_, Vec<Felt>> {
         self.felt.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -98,7 +102,8 @@ impl Work {
         let blows = self.family.blows.iter().enumerate();
         let mut rows: Vec<Row> = blows.flat_map(|(blow, axe)| rows_of(name, axe, of(blow))).collect();
         let went_on = format!("{name}: blows that were felt, and after which all went on");
-        rows.push(Row::exactly(went_on, self.all as f64, felt.len() as f64, ""));
+        let all_went_on = felt.iter().filter(|felt| felt.went_on.is_finite()).count();
+        rows.push(Row::exactly(went_on, self.all as f64, all_went_on as f64, ""));
         if self.family.touches {
             return rows;
         }
@@ -125,7 +130,7 @@ fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
         for (number, work) in (0..ROBOTS).flat_map(|_| &works).enumerate() {
             let (failure, works, tell) = (&failure, &works, &tell);
             scope.spawn(move || {
-                if let Err(error) = one_robot(number as u64, work, tell) {
+                if let Err(error) = robots(number as u64, work, tell) {
                     failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
                     works.iter().for_each(|work| work.next.store(work.all, Ordering::Relaxed));
                 }
@@ -226,13 +231,23 @@ impl Drop for Crew<'_> {
     }
 }
 
-/// One robot with its two processes, and one blow after the other.
-fn one_robot(number: u64, work: &Work, tell: &(dyn Fn() + Sync)) -> Result<(), SuiteError> {
+/// One robot after the other, until all blows have fallen: whoever does not go on after one has another in its place.
+fn robots(number: u64, work: &Work, tell: &(dyn Fn() + Sync)) -> Result<(), SuiteError> {
     let mut random = Pcg64::seed_from_u64(number);
+    let mut life = 0;
+    while work.is_left() {
+        one_robot(&format!("{number}-{life}"), random.random(), work, tell, &mut random)?;
+        life += 1;
+    }
+    Ok(())
+}
+
+/// One robot with its two processes, and one blow after the other, until there is none or it does not go on.
+fn one_robot(name: &str, seed: u64, work: &Work, tell: &(dyn Fn() + Sync), random: &mut Pcg64) -> Result<(), SuiteError> {
     let folder = tempfile::tempdir().map_err(SuiteError::from_display)?;
-    let robot = Watched::start(work.family, number)?;
-    let name = format!("kill-{}-{number}", std::process::id());
-    let mission = work.family.mission(&name, &robot.port, LONGEST);
+    let robot = Watched::start(work.family, seed)?;
+    let run = format!("kill-{}-{name}", std::process::id());
+    let mission = work.family.mission(&run, &robot.port, LONGEST);
     fs::write(folder.path().join("mission.toml"), mission).map_err(SuiteError::from_display)?;
     let mut crew = Crew::new(folder.path());
     crew.muster()?;
@@ -249,10 +264,14 @@ fn one_robot(number: u64, work: &Work, tell: &(dyn Fn() + Sync)) -> Result<(), S
         axe.heal(&mut crew, &robot);
         crew.muster()?;
         let back = Instant::now();
-        let when = drives(&robot, &crew, &format!("after: {}", axe.words))?;
-        let went_on = when.saturating_duration_since(back).as_secs_f64();
+        let drove = drives(&robot, &crew, &format!("after: {}", axe.words));
+        let went_on = drove.as_ref().map_or(f64::INFINITY, |when| when.saturating_duration_since(back).as_secs_f64());
         let collisions = robot.collisions() - before;
         work.felt().push(Felt { blow, stood, went_on, collisions });
+        if let Err(error) = drove {
+            tracing::warn!("{}", error.0);
+            return Ok(());
+        }
     }
     Ok(())
 }
