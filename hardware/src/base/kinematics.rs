@@ -209,11 +209,19 @@ impl Kinematics {
 
     /// One short arc: distance and turn.
     fn arc(&mut self, target: Twist, seconds: f64) -> (f64, f64) {
-        let (speed, distance) = ramp(self.speed, target.linear, self.config.acceleration, seconds);
+        let wanted = match self.config.drive {
+            // It speeds up no faster than its turning ends: the outer wheel must not run away.
+            Drive::Differential { tread, wheel_speed } => {
+                let free = (wheel_speed - 0.5 * tread * self.turn_rate.abs()).max(0.0);
+                target.linear.clamp(-free, free)
+            }
+            Drive::Synchro {} | Drive::Bicycle { .. } => target.linear,
+        };
+        let (speed, distance) = ramp(self.speed, wanted, self.config.acceleration, seconds);
         let turn = match self.config.drive {
             Drive::Synchro {} => self.ramp_turn(target.angular, f64::MAX, seconds),
             Drive::Differential { tread, wheel_speed } => {
-                // Speed and turn rate ramp independently; between two demands the outer wheel must not run away.
+                // Nor does it begin to turn faster than it slows down.
                 let room = 2.0 * (wheel_speed - speed.abs()).max(0.0) / tread;
                 self.ramp_turn(target.angular, room, seconds)
             }
