@@ -1,9 +1,12 @@
 //! Lines to devices: serial ports and network connections that never make a driver wait.
 //!
+//! A [`Client`] speaks to a base at the end of one, in whatever language.
+//!
 //! A [`Line`] is opened on a thread of its own, since a network may take seconds to answer. From then on reading and writing take what is
 //! there and return. One that breaks is opened anew every half second, for as long as somebody asks for what has come.
 
 mod address;
+mod client;
 mod minder;
 
 use std::{
@@ -17,6 +20,7 @@ use std::{
 use orienteer_runtime::time::Time;
 
 pub use address::{Address, AddressError};
+pub use client::{Client, Conversation, Stage};
 pub use minder::{Minder, Minding, mind_if_asked};
 
 /// A line that could not be opened, or broke, is opened again after so long.

@@ -5,133 +5,34 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use orienteer_runtime::{
     geometry::Twist,
     time::Time,
-    topics::{LineState, Odometry, SonarScan},
+    topics::{Odometry, SonarScan},
 };
 
 use super::{Profile, Session, State};
 use crate::{
     driver::DriverError,
-    line::{Address, Line, Standing, Stream},
+    line::{self, Address, Conversation, Line, Stage, Stream},
+    wire::Counts,
 };
 
 /// The speeds of a serial port that are tried, the factory's own first, baud.
 pub const BAUDS: [u32; 5] = [9600, 19_200, 38_400, 57_600, 115_200];
-/// A base that was greeted so often, twice a second, does not listen at this speed.
-const ENOUGH: u8 = 3;
 
-/// One base at the end of a line, greeted and kept alive as long as it is [polled](Client::poll), ten times a second or more often.
-pub struct Client {
-    line: Line,
-    session: Session,
-    /// The speeds to be tried in turn, and which of them is being tried.
-    bauds: Vec<u32>,
-    trying: usize,
-    /// The base has spoken over this line, at whatever time.
-    known: bool,
-    /// When it was polled last, and when a whole packet came last.
-    now: Time,
-    packet: Option<Time>,
-    heard: Vec<u8>,
-    said: Vec<u8>,
-}
+/// One base at the end of a line, greeted and kept alive as long as it is [polled](line::Client::poll), ten times a second or more often.
+pub type Client = line::Client<Session>;
 
 impl Client {
     /// Greets whoever is at this address, as soon as it is polled. A serial port without `baud` is tried at [all speeds](BAUDS).
     #[must_use]
     pub fn new(address: Address, baud: Option<u32>, profile: Profile) -> Self {
         let bauds = baud.map_or_else(|| BAUDS.to_vec(), |baud| vec![baud]);
-        Self::on(Line::new(address, bauds[0]), bauds, profile)
+        Self::on(Line::new(address, bauds[0]), bauds, Session::new(profile))
     }
 
     /// Greets whoever is at the other end of this stream.
     #[must_use]
     pub fn over(stream: Box<dyn Stream>, profile: Profile) -> Self {
-        Self::on(Line::over("a stream", stream), vec![0], profile)
-    }
-
-    fn on(line: Line, bauds: Vec<u32>, profile: Profile) -> Self {
-        Self {
-            line,
-            session: Session::new(profile),
-            bauds,
-            trying: 0,
-            known: false,
-            now: Time::START,
-            packet: None,
-            heard: Vec::new(),
-            said: Vec::new(),
-        }
-    }
-
-    /// How the base is spoken to.
-    pub fn session(&mut self) -> &mut Session {
-        &mut self.session
-    }
-
-    /// Carries what has come and what is to be sent, and gives the newest odometry.
-    ///
-    /// # Errors
-    /// [`Waiting`](DriverError::Waiting) before the base has answered for the first time, then
-    /// [`LinkLost`](DriverError::LinkLost) when it does not; [`Refused`](DriverError::Refused) if nobody knows its units.
-    pub fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
-        self.now = now;
-        self.heard.clear();
-        let standing = self.line.receive(now, &mut self.heard);
-        if standing == Standing::Fresh {
-            self.session.begin_anew();
-        }
-        let before = self.session.counts().frames;
-        self.session.receive(now, &self.heard);
-        if self.session.counts().frames > before {
-            self.packet = Some(now);
-        }
-        if standing != Standing::Down {
-            self.say(Session::transmit);
-            self.try_another_speed();
-        }
-        let open = standing != Standing::Down && self.session.state() == State::Open;
-        match self.session.readings().and_then(|readings| readings.odometry()) {
-            Some(odometry) if open => {
-                self.known = true;
-                Ok(odometry)
-            }
-            _ => Err(self.trouble(standing)),
-        }
-    }
-
-    /// How well the line carries.
-    #[must_use]
-    pub fn line_state(&self) -> LineState {
-        let counts = self.session.counts();
-        LineState {
-            stamp: self.now,
-            age: self.packet.map_or(-1.0, |packet| self.now.secs_since(packet)),
-            opened: self.line.opened(),
-            packets: counts.frames,
-            broken: counts.broken,
-            noise: counts.noise,
-        }
-    }
-
-    /// Wants this velocity.
-    pub fn drive(&mut self, now: Time, twist: Twist) {
-        self.now = now;
-        self.session.drive(now, twist);
-        if self.session.state() == State::Open {
-            self.say(Session::transmit);
-        }
-    }
-
-    /// Tells the base to stop at once.
-    pub fn halt(&mut self) {
-        self.say(|session, _, into| session.halt(into));
-    }
-
-    /// Ends the session.
-    pub fn close(&mut self) {
-        if self.session.state() != State::Greeting(0) {
-            self.say(|session, _, into| session.close(into));
-        }
+        Self::on(Line::over("a stream", stream), vec![0], Session::new(profile))
     }
 
     /// Appends the scans that have come, oldest first.
@@ -139,55 +40,63 @@ impl Client {
     /// # Errors
     /// If the base does not answer.
     pub fn scans(&mut self, into: &mut Vec<SonarScan>) -> Result<(), DriverError> {
-        if let Some(readings) = self.session.readings() {
+        if let Some(readings) = self.session().readings_mut() {
             readings.fetch(into);
         }
-        match self.session.state() {
-            State::Open => Ok(()),
-            _ => Err(self.trouble(Standing::Open)),
-        }
-    }
-
-    fn say(&mut self, what: impl FnOnce(&mut Session, Time, &mut Vec<u8>)) {
-        self.said.clear();
-        what(&mut self.session, self.now, &mut self.said);
-        self.line.send(self.now, &self.said);
-    }
-
-    fn try_another_speed(&mut self) {
-        let serial = matches!(self.line.address(), Address::Serial { .. });
-        if serial && self.bauds.len() > 1 && self.session.unanswered() > ENOUGH {
-            self.trying = (self.trying + 1) % self.bauds.len();
-            self.line.open_at(self.bauds[self.trying]);
-        }
-    }
-
-    fn trouble(&self, standing: Standing) -> DriverError {
-        if let Some(greeting) = self.session.greeting().filter(|_| self.session.is_strange()) {
-            let what = format!(
-                "the base at {} calls itself `{}`; nobody knows its units: give its `model`",
-                self.line.address(),
-                greeting.model
-            );
-            return DriverError::Refused { what };
-        }
-        let why = match (standing, self.session.state()) {
-            (Standing::Down, _) => self.line.trouble().to_owned(),
-            (_, State::Greeting(_)) => match (self.line.address(), &self.bauds[..]) {
-                (Address::Serial { .. }, [baud]) => format!("nobody answers at {baud} baud"),
-                (Address::Serial { .. }, _) => "nobody answers at any speed".to_owned(),
-                (Address::Tcp { .. }, _) => "nobody answers".to_owned(),
-            },
-            _ => "it has not said where it is".to_owned(),
-        };
-        let device = self.line.address().to_string();
-        if self.known { DriverError::LinkLost { device, why } } else { DriverError::Waiting { device, why } }
+        self.check()
     }
 }
 
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.close();
+impl Conversation for Session {
+    fn begin_anew(&mut self) {
+        Session::begin_anew(self);
+    }
+
+    fn receive(&mut self, now: Time, bytes: &[u8]) {
+        Session::receive(self, now, bytes);
+    }
+
+    fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
+        Session::transmit(self, now, into);
+    }
+
+    fn drive(&mut self, now: Time, twist: Twist) {
+        Session::drive(self, now, twist);
+    }
+
+    fn halt(&mut self, into: &mut Vec<u8>) {
+        Session::halt(self, into);
+    }
+
+    fn close(&mut self, into: &mut Vec<u8>) {
+        if self.state() != State::Greeting(0) {
+            Session::close(self, into);
+        }
+    }
+
+    fn stage(&self) -> Stage {
+        match self.state() {
+            State::Greeting(_) => Stage::Unanswered,
+            State::Opening => Stage::Answered,
+            State::Open => Stage::Open,
+        }
+    }
+
+    fn unanswered(&self) -> u8 {
+        Session::unanswered(self)
+    }
+
+    fn odometry(&self) -> Option<Odometry> {
+        self.readings().and_then(super::Readings::odometry)
+    }
+
+    fn counts(&self) -> Counts {
+        Session::counts(self)
+    }
+
+    fn refusal(&self) -> Option<String> {
+        let greeting = self.greeting().filter(|_| self.is_strange())?;
+        Some(format!("calls itself `{}`; nobody knows its units: give its `model`", greeting.model))
     }
 }
 

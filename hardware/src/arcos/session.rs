@@ -164,7 +164,12 @@ impl Session {
 
     /// What the base has said of itself; `None` before it was greeted.
     #[must_use]
-    pub fn readings(&mut self) -> Option<&mut Readings> {
+    pub fn readings(&self) -> Option<&Readings> {
+        self.readings.as_ref()
+    }
+
+    /// The same, to fetch the scans from.
+    pub fn readings_mut(&mut self) -> Option<&mut Readings> {
         self.readings.as_mut()
     }
 

@@ -73,7 +73,7 @@ impl Language for Arcos {
             now = now + Duration::from_millis(10);
             session.receive(now, piece);
             session.transmit(now, &mut sent);
-            if let Some(readings) = session.readings() {
+            if let Some(readings) = session.readings_mut() {
                 readings.fetch(&mut scans);
             }
             emulator.receive(now, piece);

@@ -139,7 +139,7 @@ fn a_session_opens_and_the_base_obeys() {
     assert_eq!(line.base.velocity, (250, -29));
     line.drive(0.1, Twist::new(f64::INFINITY, 0.1));
     assert_eq!(line.base.velocity, (0, 0));
-    assert!(line.session.readings().and_then(|readings| readings.odometry()).is_some());
+    assert!(line.session.readings().and_then(crate::arcos::Readings::odometry).is_some());
 }
 
 #[test]

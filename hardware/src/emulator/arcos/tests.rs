@@ -59,7 +59,7 @@ impl Both {
         self.back.clear();
         self.rig.beat(&self.sent, &mut self.back);
         self.session.receive(self.rig.now(), &self.back);
-        if let Some(readings) = self.session.readings() {
+        if let Some(readings) = self.session.readings_mut() {
             readings.fetch(&mut self.scans);
         }
     }

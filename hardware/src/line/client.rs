@@ -1,0 +1,218 @@
+//! A client's side of a conversation with a base, on a line.
+//!
+//! Every family of bases is greeted, kept alive and driven in its own language, which is a [`Conversation`] without any I/O. What all have
+//! in common is the [`Client`]: the line, the speed of a serial port that nobody has told, and the words for what is wrong.
+
+use orienteer_runtime::{
+    geometry::Twist,
+    time::Time,
+    topics::{LineState, Odometry},
+};
+
+use super::{Address, Line, Standing};
+use crate::{driver::DriverError, wire::Counts};
+
+/// A base that was greeted so often, twice a second, does not listen at this speed.
+const ENOUGH: u8 = 3;
+
+/// How far a conversation has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The base has not answered.
+    Unanswered,
+    /// It has, and has not said where it is.
+    Answered,
+    /// It says where it is, and obeys.
+    Open,
+}
+
+/// A client's side of a conversation with a base: takes the bytes that have come, gives those that are to be sent, and is told the time.
+pub trait Conversation {
+    /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
+    fn begin_anew(&mut self);
+
+    /// Takes in the bytes that have come until `now`.
+    fn receive(&mut self, now: Time, bytes: &[u8]);
+
+    /// Appends all that is to be sent at `now`.
+    fn transmit(&mut self, now: Time, into: &mut Vec<u8>);
+
+    /// Wants this velocity from `now` on.
+    fn drive(&mut self, now: Time, twist: Twist);
+
+    /// Wants to stand, and appends what says so at once.
+    fn halt(&mut self, into: &mut Vec<u8>);
+
+    /// Appends what ends the conversation, if there is one.
+    fn close(&mut self, into: &mut Vec<u8>);
+
+    /// How far it has come.
+    fn stage(&self) -> Stage;
+
+    /// How often in a row the base was greeted and did not answer.
+    fn unanswered(&self) -> u8;
+
+    /// The newest odometry; `None` before the first.
+    fn odometry(&self) -> Option<Odometry>;
+
+    /// What came over the wire so far.
+    fn counts(&self) -> Counts;
+
+    /// Why this base can't be driven, if it can't: words that follow its address, and what to do.
+    fn refusal(&self) -> Option<String> {
+        None
+    }
+}
+
+/// One base at the end of a line, greeted, kept alive and driven as long as it is [polled](Client::poll): a hundred times a second is good.
+pub struct Client<C: Conversation> {
+    line: Line,
+    session: C,
+    /// The speeds to be tried in turn, and which of them is being tried.
+    bauds: Vec<u32>,
+    trying: usize,
+    /// The base has spoken over this line, at whatever time.
+    known: bool,
+    /// When it was polled last, and when a whole packet came last.
+    now: Time,
+    packet: Option<Time>,
+    heard: Vec<u8>,
+    said: Vec<u8>,
+}
+
+impl<C: Conversation> Client<C> {
+    /// Greets whoever is at the end of this line, as soon as it is polled. A serial port is tried at these speeds in turn, baud; it is open
+    /// at the first of them.
+    #[must_use]
+    pub fn on(line: Line, bauds: Vec<u32>, session: C) -> Self {
+        Self {
+            line,
+            session,
+            bauds,
+            trying: 0,
+            known: false,
+            now: Time::START,
+            packet: None,
+            heard: Vec::new(),
+            said: Vec::new(),
+        }
+    }
+
+    /// How the base is spoken to.
+    pub fn session(&mut self) -> &mut C {
+        &mut self.session
+    }
+
+    /// Carries what has come and what is to be sent, and gives the newest odometry.
+    ///
+    /// # Errors
+    /// [`Waiting`](DriverError::Waiting) before the base has answered for the first time, then
+    /// [`LinkLost`](DriverError::LinkLost) when it does not; [`Refused`](DriverError::Refused) if it can't be driven.
+    pub fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
+        self.now = now;
+        self.heard.clear();
+        let standing = self.line.receive(now, &mut self.heard);
+        if standing == Standing::Fresh {
+            self.session.begin_anew();
+        }
+        let before = self.session.counts().frames;
+        self.session.receive(now, &self.heard);
+        if self.session.counts().frames > before {
+            self.packet = Some(now);
+        }
+        if standing != Standing::Down {
+            self.say(C::transmit);
+            self.try_another_speed();
+        }
+        let open = standing != Standing::Down && self.session.stage() == Stage::Open;
+        match self.session.odometry() {
+            Some(odometry) if open => {
+                self.known = true;
+                Ok(odometry)
+            }
+            _ => Err(self.trouble(standing)),
+        }
+    }
+
+    /// An error unless the base says where it is.
+    ///
+    /// # Errors
+    /// As [`poll`](Self::poll).
+    pub fn check(&self) -> Result<(), DriverError> {
+        if self.session.stage() == Stage::Open { Ok(()) } else { Err(self.trouble(Standing::Open)) }
+    }
+
+    /// How well the line carries.
+    #[must_use]
+    pub fn line_state(&self) -> LineState {
+        let counts = self.session.counts();
+        LineState {
+            stamp: self.now,
+            age: self.packet.map_or(-1.0, |packet| self.now.secs_since(packet)),
+            opened: self.line.opened(),
+            packets: counts.frames,
+            broken: counts.broken,
+            noise: counts.noise,
+        }
+    }
+
+    /// Wants this velocity.
+    pub fn drive(&mut self, now: Time, twist: Twist) {
+        self.now = now;
+        self.session.drive(now, twist);
+        if self.session.stage() == Stage::Open {
+            self.say(C::transmit);
+        }
+    }
+
+    /// Tells the base to stop at once.
+    pub fn halt(&mut self) {
+        self.say(|session, _, into| session.halt(into));
+    }
+
+    /// Ends the conversation.
+    pub fn close(&mut self) {
+        self.say(|session, _, into| session.close(into));
+    }
+
+    fn say(&mut self, what: impl FnOnce(&mut C, Time, &mut Vec<u8>)) {
+        self.said.clear();
+        what(&mut self.session, self.now, &mut self.said);
+        self.line.send(self.now, &self.said);
+    }
+
+    fn try_another_speed(&mut self) {
+        let serial = matches!(self.line.address(), Address::Serial { .. });
+        if serial && self.bauds.len() > 1 && self.session.unanswered() > ENOUGH {
+            self.trying = (self.trying + 1) % self.bauds.len();
+            self.line.open_at(self.bauds[self.trying]);
+        }
+    }
+
+    fn trouble(&self, standing: Standing) -> DriverError {
+        let device = self.line.address().to_string();
+        if let Some(why) = self.session.refusal() {
+            return DriverError::Refused { what: format!("the base at {device} {why}") };
+        }
+        let noise = self.session.counts().noise > 0 && self.packet.is_none();
+        let why = match (standing, self.session.stage()) {
+            (Standing::Down, _) => self.line.trouble().to_owned(),
+            (_, Stage::Unanswered) => {
+                let nobody = if noise { "nobody answers in its language" } else { "nobody answers" };
+                match (self.line.address(), &self.bauds[..]) {
+                    (Address::Serial { .. }, [baud]) => format!("{nobody} at {baud} baud"),
+                    (Address::Serial { .. }, _) => format!("{nobody} at any speed"),
+                    (Address::Tcp { .. }, _) => nobody.to_owned(),
+                }
+            }
+            _ => "it has not said where it is".to_owned(),
+        };
+        if self.known { DriverError::LinkLost { device, why } } else { DriverError::Waiting { device, why } }
+    }
+}
+
+impl<C: Conversation> Drop for Client<C> {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
