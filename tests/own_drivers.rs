@@ -345,3 +345,24 @@ fn a_base_that_can_not_be_is_refused() {
     let (line, text) = told(&problems.list()[0]);
     assert!(line == 7 && text.contains("the radius of `wheels` is NaN"), "{line}: {text}");
 }
+
+#[test]
+fn two_robots_have_no_line_in_common_and_the_network_no_baud() {
+    let registry = Registry::standard();
+    let told = |bases: &[&str]| {
+        let robots = bases.iter().enumerate().map(|(i, base)| format!("[[robot]]\nname = 'r{i}'\nbase = {{ {base} }}\n"));
+        let mission = format!("[mission]\nclock = 'wall'\nlinks = 'direct'\n{}", robots.collect::<String>());
+        let composed = mission::compose(loaded(&mission, &registry), &registry, 1);
+        match composed.map(|_| ()) {
+            Ok(()) => (0, String::new()),
+            Err(RunError::Config(problems)) => told(&problems.list()[0]),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let (pioneer, create) = ("driver = 'arcos', port = '/dev/ttyUSB0'", "driver = 'create', port = '/dev/ttyUSB0'");
+    let (line, text) = told(&[pioneer, create]);
+    assert!(line == 9 && text.contains("`r0` has the base at `/dev/ttyUSB0` already"), "{line}: {text}");
+    assert_eq!(told(&[pioneer, "driver = 'create', port = '/dev/ttyUSB1', baud = 115200"]).0, 0);
+    let (line, text) = told(&["driver = 'create', port = 'tcp://a:1', baud = 115200"]);
+    assert!(line == 6 && text.contains("only a serial port has a speed"), "{line}: {text}");
+}

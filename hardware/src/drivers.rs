@@ -8,7 +8,7 @@ mod create;
 mod log;
 mod sim;
 
-use std::{any::Any, sync::Arc, time::Duration};
+use std::{any::Any, cell::RefCell, sync::Arc, time::Duration};
 
 use orienteer_runtime::{
     config::{Problem, Problems, Section, Sources, Span, mission::DriverInfo, validate},
@@ -22,6 +22,7 @@ use crate::{
     base::{executor::ExecutorConfig, kinematics::BaseConfig, presets, protection::ProtectionConfig},
     driver::{BaseDriver, SonarDriver},
     echo::SonarModel,
+    line::{Address, AddressError},
     rings::{self, NamedRing, RingConfig},
     sim::Arena,
 };
@@ -30,6 +31,13 @@ pub use arcos::{ArcosBaseConfig, ArcosSonarConfig};
 pub use create::CreateBaseConfig;
 pub use log::{LogBaseConfig, LogSonarConfig};
 pub use sim::{SimBaseConfig, SimSonarConfig};
+
+/// The lines that robots of a mission have.
+#[derive(Debug, Default)]
+pub struct Lines {
+    /// Each with its robot.
+    taken: RefCell<Vec<(Address, String)>>,
+}
 
 /// What a driver may need to know of the mission and the robot for which it is opened.
 pub struct Site<'a> {
@@ -51,6 +59,8 @@ pub struct Site<'a> {
     pub start_span: Option<Span>,
     /// What drivers of one robot share, such as a log or a serial line: left by the base for the sonar.
     pub shared: Option<Arc<dyn Any + Send + Sync>>,
+    /// The lines that robots of this mission have, and which; see [`Site::line`].
+    pub lines: &'a Lines,
 }
 
 impl Site<'_> {
@@ -76,6 +86,27 @@ impl Site<'_> {
         rings::find(name).ok_or_else(|| {
             self.problem(format!("there is no ring `{name}`"), "`orienteer list rings` shows those that there are")
         })
+    }
+
+    /// The address of a device on a line, which no other robot of the mission may have. Only a serial port has a speed.
+    ///
+    /// # Errors
+    /// What is wrong with it, where the configuration names the driver.
+    pub fn line(&self, port: &str, baud: Option<u32>) -> Result<Address, Problems> {
+        let address: Address = port.parse().map_err(|error: AddressError| {
+            self.problem(error.to_string(), "for instance `/dev/ttyUSB0` or `tcp://192.168.0.7:8101`")
+        })?;
+        if let (Address::Tcp { .. }, Some(_)) = (&address, baud) {
+            let message = format!("`baud` means nothing at `{address}`: only a serial port has a speed");
+            return Err(self.problem(message, "remove `baud`; whoever passes a serial line on has a setting for it"));
+        }
+        let mut lines = self.lines.taken.borrow_mut();
+        if let Some((_, robot)) = lines.iter().find(|(taken, robot)| *taken == address && robot != self.robot) {
+            let message = format!("`{robot}` has the base at `{address}` already");
+            return Err(self.problem(message, "give each robot a port of its own"));
+        }
+        lines.push((address.clone(), self.robot.to_owned()));
+        Ok(address)
     }
 
     /// A problem at the place where the configuration names the driver.

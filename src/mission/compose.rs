@@ -9,7 +9,7 @@ use std::{
 
 use orienteer_hardware::{
     driver::SonarDriver,
-    drivers::{OpenBase, Site},
+    drivers::{Lines, OpenBase, Site},
     nodes::{BaseNode, Guarded, NoSonar, SonarNode},
     remote::{RemoteHardware, fingerprint},
     sim::{Arena, ArenaClock},
@@ -104,8 +104,9 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
     let arena = open_arena(&mission, &mut sources, streams)?;
     let settings = &mission.settings;
     let bus = Bus::open(settings.links, &BusOptions { run: settings.run.clone(), ..BusOptions::default() })?;
-    let (epoch, mut robots, mut remarks, mut leader) = (Epoch::default(), Vec::new(), Vec::new(), None);
-    let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
+    let (epoch, lines) = (Epoch::default(), Lines::default());
+    let (mut robots, mut remarks, mut leader) = (Vec::new(), Vec::new(), None);
+    let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines));
     for (number, config) in mission.robots.iter().enumerate() {
         builder.number = number;
         let plan = match config.hardware {
@@ -137,8 +138,8 @@ pub fn compose_hardware(loaded: Loaded, registry: &Registry, seed: u64, robot: &
     let settings = &mission.settings;
     let run = elsewhere::run(settings, config, &sources)?;
     let bus = Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() })?;
-    let (epoch, mut remarks) = (Epoch::default(), Vec::new());
-    let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, &epoch);
+    let (epoch, lines, mut remarks) = (Epoch::default(), Lines::default(), Vec::new());
+    let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines));
     let robots = vec![builder.hardware(config, &mut sources, &mut remarks)?];
     let period = builder.period;
     let Mission { settings, record, .. } = mission;
@@ -160,6 +161,7 @@ struct RobotBuilder<'a> {
     wall: bool,
     bus: &'a Bus,
     epoch: &'a Epoch,
+    lines: &'a Lines,
 }
 
 /// A robot's devices, opened, and what every node has to know of the robot.
@@ -185,11 +187,11 @@ impl<'a> RobotBuilder<'a> {
         arena: Option<&'a Arc<Arena>>,
         streams: Streams,
         bus: &'a Bus,
-        epoch: &'a Epoch,
+        (epoch, lines): (&'a Epoch, &'a Lines),
     ) -> Self {
         let period = Duration::from_secs_f64(1.0 / settings.control_rate_hz);
         let wall = settings.clock == ClockKind::Wall;
-        Self { registry, settings, number: 0, arena, streams, period, wall, bus, epoch }
+        Self { registry, settings, number: 0, arena, streams, period, wall, bus, epoch, lines }
     }
 
     /// A robot with all its nodes.
@@ -283,6 +285,7 @@ impl<'a> RobotBuilder<'a> {
             start_span: config.start.as_ref().map(|start| start.span.clone()),
             sources,
             shared: None,
+            lines: self.lines,
         };
         let drivers = self.registry.drivers();
         let unknown =

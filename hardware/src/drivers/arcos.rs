@@ -11,7 +11,6 @@ use crate::{
     arcos::{ArcosBase, ArcosSonar, Client, Profile, SharedClient},
     base::{executor::ExecutorConfig, kinematics::BaseConfig, protection::ProtectionConfig},
     driver::SonarDriver,
-    line::{Address, AddressError},
     rings::RingConfig,
     wire::arcos::units::Units,
 };
@@ -60,9 +59,7 @@ impl BaseKind for ArcosBaseKind {
     type Config = ArcosBaseConfig;
 
     fn open(config: ArcosBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
-        let address: Address = config.port.parse().map_err(|error: AddressError| {
-            site.problem(error.to_string(), "for instance `/dev/ttyUSB0` or `tcp://192.168.0.7:8101`")
-        })?;
+        let address = site.line(&config.port, config.baud)?;
         let base = site.base(&config.platform, config.custom)?;
         let units = match &config.model {
             None => None,

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use super::{BaseKind, OpenBase, Site};
 use crate::{
     base::{executor::ExecutorConfig, kinematics::BaseConfig, protection::ProtectionConfig},
-    line::{Address, AddressError},
     oi::{Client, CreateBase, Profile},
     wire::oi::units::Model,
 };
@@ -60,9 +59,7 @@ impl BaseKind for CreateBaseKind {
     type Config = CreateBaseConfig;
 
     fn open(config: CreateBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
-        let address: Address = config.port.parse().map_err(|error: AddressError| {
-            site.problem(error.to_string(), "for instance `/dev/ttyUSB0` or `tcp://192.168.0.7:8102`")
-        })?;
+        let address = site.line(&config.port, config.baud)?;
         let platform = site.base(&config.platform, config.custom)?.platform();
         let model = Model::of(&config.model).ok_or_else(|| {
             site.problem(format!("there is no model `{}`", config.model), "`create2`, `create1` and `roomba` are known")
