@@ -19,6 +19,8 @@ use orienteer_runtime::{
     topics::{FiringProgram, Odometry, SonarScan},
 };
 
+use crate::wire::Counts;
+
 pub use arcos::{ArcosEmulator, Make};
 pub use create::CreateEmulator;
 pub use port::{Caller, Port, PortError};
@@ -51,6 +53,9 @@ pub trait Emulator: Send {
 
     /// How its session stands, for people.
     fn status(&self) -> String;
+
+    /// What came over the wire so far.
+    fn counts(&self) -> Counts;
 }
 
 impl<E: Emulator + ?Sized> Emulator for Box<E> {
@@ -84,5 +89,9 @@ impl<E: Emulator + ?Sized> Emulator for Box<E> {
 
     fn status(&self) -> String {
         (**self).status()
+    }
+
+    fn counts(&self) -> Counts {
+        (**self).counts()
     }
 }

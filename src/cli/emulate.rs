@@ -6,7 +6,10 @@ use serde::Serialize;
 
 use crate::{
     emulate::{self, Beat, Language, Options, Robot, Start},
-    hardware::emulator::{Caller, Port},
+    hardware::{
+        emulator::{Caller, Port},
+        wire::Counts,
+    },
     runtime::{
         fleet::{Ear, FleetControl},
         geometry::Pose,
@@ -74,6 +77,10 @@ struct Line<'a> {
     turn_rate: f64,
     collisions: u32,
     bumped: u32,
+    /// What came over the wire: whole packets, broken ones, and bytes of none.
+    packets: u64,
+    broken: u64,
+    noise: u64,
 }
 
 impl Teller {
@@ -82,6 +89,7 @@ impl Teller {
             if beat.now.secs_since(self.told) + 1e-9 >= every {
                 self.told = beat.now;
                 let Truth { pose, twist, collisions, bumped, .. } = *beat.truth;
+                let Counts { frames, broken, noise } = beat.emulator.counts();
                 let status = status(&beat);
                 let line = Line {
                     time_s: (beat.now.as_secs_f64() * 100.0).round() / 100.0,
@@ -93,6 +101,9 @@ impl Teller {
                     turn_rate: twist.angular,
                     collisions,
                     bumped,
+                    packets: frames,
+                    broken,
+                    noise,
                 };
                 let text = serde_json::to_string(&line).unwrap_or_default();
                 style::print(&format!("{text}\n"))?;

@@ -49,6 +49,11 @@ fn usual_platform() -> String {
     "p3dx".to_owned()
 }
 
+/// The least way and turn that can be asked for at the end of a motion, m and rad: velocities are whole mm/s and °/s.
+const STEPS: (f64, f64) = (0.0005, 0.0026);
+/// A base says where it is ten times a second, and has been told in between, s.
+const LATENCY: f64 = 0.15;
+
 pub(super) struct ArcosBaseKind;
 
 impl BaseKind for ArcosBaseKind {
@@ -79,7 +84,7 @@ impl BaseKind for ArcosBaseKind {
         site.shared = Some(Arc::new(driver.client()));
         Ok(OpenBase {
             driver: Box::new(driver),
-            motion: config.motion,
+            motion: config.motion.for_a_base(STEPS.0, STEPS.1, LATENCY),
             protection: config.protection,
             start: site.start.unwrap_or_default(),
         })

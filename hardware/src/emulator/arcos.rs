@@ -17,12 +17,15 @@ use orienteer_runtime::{
 use super::Emulator;
 use crate::{
     base::kinematics::BaseConfig,
-    wire::arcos::{
-        command::{Argument, Code, Command},
-        frame::{Frame, Framer},
-        greeting::{Greeting, emit_sync},
-        settings::Settings,
-        units::Units,
+    wire::{
+        Counts,
+        arcos::{
+            command::{Argument, Code, Command},
+            frame::{Frame, Framer},
+            greeting::{Greeting, emit_sync},
+            settings::Settings,
+            units::Units,
+        },
     },
 };
 use feelings::Feelings;
@@ -216,6 +219,10 @@ impl Emulator for ArcosEmulator {
             let here = self.here(odometry);
             self.feelings.tell(now, odometry, here, &self.motors, into);
         }
+    }
+
+    fn counts(&self) -> Counts {
+        self.framer.counts()
     }
 
     fn status(&self) -> String {

@@ -16,12 +16,15 @@ use smallvec::SmallVec;
 use super::Emulator;
 use crate::{
     base::{kinematics::BaseConfig, presets},
-    wire::oi::{
-        command::{Command, Listener},
-        packet::{Id, members},
-        sensors::Mode,
-        stream::{self, PERIOD},
-        units::Model,
+    wire::{
+        Counts,
+        oi::{
+            command::{Command, Listener},
+            packet::{Id, members},
+            sensors::Mode,
+            stream::{self, PERIOD},
+            units::Model,
+        },
     },
 };
 use senses::Senses;
@@ -194,6 +197,10 @@ impl Emulator for CreateEmulator {
             // One that is late is followed by the next all the sooner, so that they come each 15 ms on average.
             stream.next = stream.next + PERIOD;
         }
+    }
+
+    fn counts(&self) -> Counts {
+        self.listener.counts()
     }
 
     fn status(&self) -> String {
