@@ -344,7 +344,8 @@ impl Sight {
                 }
                 if beam.too_near {
                     // It may be anywhere between the face and here, so also where it touches.
-                    obstacles.push(Obstacle { point: (ray * (0.999 * body)).into(), ray, is_wall: false });
+                    let leaves = leaves_disc(beam.face, ray, 0.999 * body).clamp(0.0, beam.range);
+                    obstacles.push(Obstacle { point: beam.face + ray * leaves, ray, is_wall: false });
                 }
                 ray = step * ray;
             }
@@ -370,6 +371,13 @@ impl Beam {
         let incidence = if cos >= cos_half { 1.0 } else { cos * cos_half + sin * sin_half };
         if incidence <= 0.0 { f64::INFINITY } else { (distance - normal.dot(&self.face.coords)) / incidence }
     }
+}
+
+/// How far along a ray from `face` it leaves the disc of this radius about the origin, m: negative if that lies behind the face. A
+/// ray that misses the disc is taken where it comes nearest.
+fn leaves_disc(face: Point2<f64>, ray: Vector2<f64>, radius: f64) -> f64 {
+    let (along, across) = (face.coords.dot(&ray), face.coords.perp(&ray));
+    (radius * radius - across * across).max(0.0).sqrt() - along
 }
 
 /// True if the neighbouring beams allow that a beam looks straight at that wall: each of them that meets anything must not meet it

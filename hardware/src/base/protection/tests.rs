@@ -70,7 +70,12 @@ impl Drive {
             if (i as u64 + self.step).is_multiple_of(2) {
                 let echo = self.scene.echo(self.pose.then(transducer.mount), transducer.half_beam, self.ring.max_range);
                 let noise = self.noise * self.rng.random_range(-1.0..1.0);
-                scan.set(i, if let Echo::Range(range) = echo { Echo::Range(range + noise) } else { echo }, 0.0);
+                let echo = match echo {
+                    Echo::Range(range) if f64::from(range) < self.ring.min_range => Echo::TooNear,
+                    Echo::Range(range) => Echo::Range(range + noise),
+                    echo => echo,
+                };
+                scan.set(i, echo, 0.0);
             }
         }
         scan.stamp = self.now;
@@ -158,6 +163,32 @@ fn a_pioneer_keeps_its_speed_in_the_middle_of_a_corridor() {
         let pose = Pose::new(0.0, 0.0, f64::from(heading).to_radians());
         let kept = kept_speed(&config, &pioneer_ring(), &scene, pose, 0.5);
         assert!(kept >= least, "{width} m, {heading}°: {kept}");
+    }
+}
+
+/// A body was left a millimetre from a wall, and some of its transducers are too near to tell how near. The wall's side bars
+/// the way; whichever of ahead and back leads off by a fair angle does not.
+#[test]
+fn a_pioneer_left_at_a_wall_drives_off() {
+    let ring = Ring { min_range: 0.1, ..pioneer_ring() };
+    let config = presets::p3dx();
+    let wall = config.radius + 0.001;
+    for off in (25..=90).step_by(5) {
+        for (side, speed) in [(1.0, 0.3), (-1.0, 0.3), (1.0, -0.3), (-1.0, -0.3)] {
+            let heading = side * (f64::from(off) + if speed > 0.0 { 0.0 } else { 180.0 });
+            let scene = Scene { walls: vec![(Point2::new(-20.0, -wall), Point2::new(20.0, -wall))], people: vec![], specular: 0.6 };
+            let heading = if side > 0.0 { heading } else { 180.0 + heading };
+            let mut drive = Drive::new(config.clone(), ring.clone(), scene, Pose::new(0.0, 0.0, heading.to_radians()));
+            for _ in 0..8 {
+                drive.step(Twist::STOP);
+            }
+            for _ in 0..100 {
+                drive.step(Twist::new(speed, 0.0));
+            }
+            let off_by = drive.pose.y;
+            assert!(off_by > 0.1, "{off}°, side {side}, {speed} m/s: {off_by} m in 5 s, {:?}", drive.permitted);
+            assert!(drive.least >= -1e-6, "{off}°, side {side}, {speed} m/s: touches by {}", -drive.least);
+        }
     }
 }
 
