@@ -15,6 +15,10 @@ use crate::wire::arcos::{
 /// Scans that wait for a sonar driver; the oldest goes when nobody fetches them.
 const WAITING: usize = 16;
 
+/// The base's own cycle, s. What a packet tells of its sonars came in within the cycle before it, nobody knows when: it is taken to
+/// have come in the middle.
+const CYCLE: f64 = 0.1;
+
 /// Odometry and scans of one base, packet by packet.
 ///
 /// The pose is relative to where the base stood at its first packet, and goes on from there when the base was switched off and on:
@@ -98,7 +102,9 @@ impl Readings {
         if packet.sonars.is_empty() || self.scan.is_empty() {
             return;
         }
-        self.scan.grow_older(now.secs_since(self.scan.stamp) as f32);
+        let since = now.secs_since(self.scan.stamp);
+        let age = (0.5 * since.clamp(0.0, CYCLE)) as f32;
+        self.scan.grow_older(since as f32);
         (self.scan.stamp, self.scan.fired) = (now, 0);
         for reading in &packet.sonars {
             let range = (f64::from(reading.range) * self.units.range) as f32;
@@ -107,7 +113,7 @@ impl Readings {
                 range if range > 0.0 => Echo::Range(range),
                 _ => Echo::TooNear,
             };
-            self.scan.set(reading.transducer.into(), echo, 0.0);
+            self.scan.set(reading.transducer.into(), echo, age);
         }
         self.scan.seq += 1;
         if self.scans.len() == WAITING {
@@ -228,7 +234,8 @@ mod tests {
         assert_eq!((first.seq, first.fired, second.seq, second.fired), (1, 1 | 1 << 3 | 1 << 9, 2, 1 << 1));
         assert_eq!([0, 9, 3, 1].map(|i| first.echo(i)), [Echo::Range(1.5), Echo::Nothing, Echo::TooNear, Echo::NotFired]);
         assert_eq!((second.echo(0), second.echo(1)), (Echo::Range(1.5), Echo::Range(0.3)));
-        assert!((second.age(0) - 0.25).abs() < 1e-6 && second.age(1) == 0.0);
+        // Half a cycle before its packet, and 0.25 s since.
+        assert!((second.age(0) - 0.30).abs() < 1e-6 && (second.age(1) - 0.05).abs() < 1e-6);
         readings.fetch(&mut scans);
         assert_eq!(scans.len(), 2, "a scan is fetched once");
     }

@@ -24,7 +24,8 @@
 //! ```
 //!
 //! [`safe_stop`] says this exactly, curves included. What the base has driven since a reading was taken is no reaction time to
-//! be guessed: readings are fixed in the odometry frame (see [`sight`]), so it is taken off exactly.
+//! be guessed: readings are fixed in the odometry frame (see [`sight`]), so it is taken off exactly. What it has driven since it
+//! last said where it is, is taken at the most that its commands allow.
 //!
 //! An echo says how far, but not where within the beam. Two readings of it are both taken at their worst:
 //!
@@ -53,7 +54,10 @@ mod memory;
 pub mod safe_stop;
 pub mod sight;
 pub mod swept_path;
+mod told;
 pub mod watchdog;
+
+use std::time::Duration;
 
 use orienteer_runtime::{
     geometry::{Limits, Twist, angle},
@@ -66,6 +70,7 @@ pub use self::config::ProtectionConfig;
 use self::{
     safe_stop::{Motion, SafeStop},
     sight::{Obstacle, Sight},
+    told::Told,
 };
 use crate::base::profile::ramp;
 
@@ -166,7 +171,7 @@ pub struct Protection {
     max_age: f64,
     obstacles: Vec<Obstacle>,
     contact: Contact,
-    last: Twist,
+    told: Told,
     /// The speed that its commands have given the base, whatever is measured, m/s.
     pace: f64,
 }
@@ -183,7 +188,7 @@ impl Protection {
             config,
             max_age,
             contact: Contact::None,
-            last: Twist::STOP,
+            told: Told::nothing(),
             pace: 0.0,
         }
     }
@@ -217,7 +222,7 @@ impl Protection {
             Some(reason) => Permitted { twist: Twist::STOP, reason: Some(reason) },
             None => self.slow_down(now, demand, odometry),
         };
-        self.last = permitted.twist;
+        self.told.tell(now, permitted.twist);
         self.pace = self.pace_after(permitted.twist.linear);
         permitted
     }
@@ -302,7 +307,7 @@ impl Protection {
                 (ahead, _) => Contact::At(if ahead { 0.0 } else { std::f64::consts::PI }),
             };
         } else if self.contact == Contact::None {
-            let drove = if self.last.linear != 0.0 { self.last.linear } else { odometry.twist.linear };
+            let drove = if self.told.last().linear != 0.0 { self.told.last().linear } else { odometry.twist.linear };
             self.contact = if drove.abs() > 1e-3 {
                 Contact::At(if drove > 0.0 { 0.0 } else { std::f64::consts::PI })
             } else {
@@ -346,13 +351,18 @@ impl Protection {
 
     /// Rule 9.
     fn stoppable(&mut self, now: Time, twist: Twist, odometry: &Odometry) -> Twist {
-        let motion = Motion::estimate(odometry.twist, self.last, &self.platform, self.config.period);
+        let untold = now.secs_since(odometry.stamp).max(0.0);
+        let ProtectionConfig { period, latency, .. } = self.config;
+        let since = odometry.stamp - Duration::from_secs_f64(latency);
+        let motion = Motion::estimate(odometry.twist, &self.told, since, &self.platform, (period, untold + latency));
+        // Where it has come to since the base said where it is.
+        let pose = odometry.pose.along_arc(motion.twist.linear * untold, motion.twist.angular * untold);
         if twist.linear == 0.0 && motion.twist.linear == 0.0 {
             return twist;
         }
         let mut judge = SafeStop { platform: &self.platform, config: &self.config, motion, pace: self.pace, obstacles: &[] };
         let body = self.platform.radius + self.config.clearance;
-        self.sight.look(now, odometry.pose, self.max_age, body, judge.reach(twist), &mut self.obstacles);
+        self.sight.look(now, pose, self.max_age, body, judge.reach(twist), &mut self.obstacles);
         judge.obstacles = &self.obstacles;
         let allowed = judge.fastest(twist);
         // Turning on the spot sweeps nothing, once it is on the spot.

@@ -53,6 +53,8 @@ fn usual_platform() -> String {
 const STEPS: (f64, f64) = (0.0005, 0.0026);
 /// A base says where it is ten times a second, and has been told in between, s.
 const LATENCY: f64 = 0.15;
+/// It may heed a command only in its next cycle, and what it told of its sonars may be half a cycle older than is assumed, s.
+const HEEDS: f64 = 0.15;
 
 pub(super) struct ArcosBaseKind;
 
@@ -85,7 +87,7 @@ impl BaseKind for ArcosBaseKind {
         Ok(OpenBase {
             driver: Box::new(driver),
             motion: config.motion.for_a_base(STEPS.0, STEPS.1, LATENCY),
-            protection: config.protection,
+            protection: config.protection.for_a_base(HEEDS),
             start: site.start.unwrap_or_default(),
         })
     }

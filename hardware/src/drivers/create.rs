@@ -48,6 +48,8 @@ fn usual_name() -> String {
 
 /// From a command to the first frame that shows what came of it, and half of the time over which a velocity is measured, s.
 const LATENCY: f64 = 0.08;
+/// The part of it that goes by before it heeds a command, s.
+const HEEDS: f64 = 0.05;
 
 pub(super) struct CreateBaseKind;
 
@@ -75,7 +77,7 @@ impl BaseKind for CreateBaseKind {
         Ok(OpenBase {
             driver: Box::new(CreateBase::new(client, platform)),
             motion: config.motion.for_a_base(way, turn, LATENCY),
-            protection: config.protection,
+            protection: config.protection.for_a_base(HEEDS),
             start: site.start.unwrap_or_default(),
         })
     }

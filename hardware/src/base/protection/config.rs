@@ -65,6 +65,12 @@ impl Default for ProtectionConfig {
 }
 
 impl ProtectionConfig {
+    /// For a base that heeds a command after up to so many seconds.
+    #[must_use]
+    pub fn for_a_base(self, latency: f64) -> Self {
+        Self { latency: self.latency.max(latency), ..self }
+    }
+
     /// The distance ahead within which a base must see to go at this speed (m/s), m: what it drives in a control period and its
     /// latency, brakes in, and leaves as a margin.
     #[must_use]

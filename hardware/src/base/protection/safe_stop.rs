@@ -22,9 +22,10 @@ use nalgebra::Rotation2;
 use orienteer_runtime::{
     geometry::{Pose, Twist},
     robot_model::Platform,
+    time::Time,
 };
 
-use super::{ProtectionConfig, sight::Obstacle, swept_path::SweptPath};
+use super::{ProtectionConfig, sight::Obstacle, swept_path::SweptPath, told::Told};
 use crate::base::profile::ramp;
 
 /// Slower than this, m/s, counts as standing.
@@ -43,17 +44,18 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// What a base that measured `measured` may be doing, if `commanded` was its command since. Drivers may measure the mean over
-    /// the last period, in which it may have changed.
-    #[must_use]
-    pub fn estimate(measured: Twist, commanded: Twist, platform: &Platform, period: f64) -> Self {
-        let sense = if measured.linear == 0.0 { commanded.linear.signum() } else { measured.linear.signum() };
-        let (speed, told) = (sense * measured.linear, (sense * commanded.linear).max(0.0));
-        let change = platform.acceleration * period;
-        let (angular, _) = ramp(measured.angular, commanded.angular, platform.angular_acceleration, 0.5 * period);
+    /// What a base that measured `measured` may be doing, or will before it heeds the next command, if it may follow any of its
+    /// commands `since` then. It measured the mean over a period (s), as drivers may, and that ended an age (s) before.
+    pub(super) fn estimate(measured: Twist, told: &Told, since: Time, platform: &Platform, (period, age): (f64, f64)) -> Self {
+        let last = told.last();
+        let sense = if measured.linear == 0.0 { last.linear.signum() } else { measured.linear.signum() };
+        let (least, greatest) = told.speeds(since);
+        let (one, other) = ((sense * least).max(0.0), (sense * greatest).max(0.0));
+        let (speed, change) = (sense * measured.linear, platform.acceleration * (period + age));
+        let (angular, _) = ramp(measured.angular, last.angular, platform.angular_acceleration, 0.5 * period + age);
         Self {
-            twist: Twist::new(sense * speed.max(told.min(speed + change)), angular),
-            surely: speed.min(told.max(speed - change)).max(0.0),
+            twist: Twist::new(sense * speed.max(one.max(other).min(speed + change)), angular),
+            surely: speed.min(one.min(other).max(speed - change)).max(0.0),
         }
     }
 }
@@ -132,7 +134,8 @@ impl SafeStop<'_> {
             return true;
         }
         let speed = linear.abs();
-        let braking = speed * self.config.latency + speed * speed / (2.0 * self.config.braking_share * self.deceleration(after));
+        let braking = speed.max(now.linear.abs()) * self.config.latency
+            + speed * speed / (2.0 * self.config.braking_share * self.deceleration(after));
         let needed = braking + self.config.margin;
         self.is_free(Pose::default().along_arc(way, turn), after, needed)
     }

@@ -1,5 +1,5 @@
 #![allow(clippy::unwrap_used)]
-use std::{f64::consts::PI, time::Duration};
+use std::{collections::VecDeque, f64::consts::PI, time::Duration};
 
 use nalgebra::Point2;
 use orienteer_runtime::{
@@ -38,6 +38,12 @@ struct Drive {
     permitted: Permitted,
     /// Readings are wrong by up to this much, m.
     noise: f32,
+    /// Commands that the base has not heeded yet, oldest first.
+    underway: VecDeque<Twist>,
+    /// Control periods from one word of the base about where it is to the next.
+    tells: u64,
+    /// What it has driven and turned since the last one, m and rad.
+    untold: (f64, f64),
     rng: rand_pcg::Pcg64,
 }
 
@@ -59,6 +65,9 @@ impl Drive {
             least: f64::INFINITY,
             permitted: Permitted { twist: Twist::STOP, reason: None },
             noise: 0.0,
+            underway: VecDeque::new(),
+            tells: 1,
+            untold: (0.0, 0.0),
             rng: Streams::new(5).stream("ann", "sonar"),
         }
     }
@@ -83,6 +92,16 @@ impl Drive {
         scan
     }
 
+    /// The same base, if it heeds a command only so many periods later, and says only every so many periods where it is.
+    fn slow_of_hearing(mut self, heeds: usize, tells: u64) -> Self {
+        self.underway = vec![Twist::STOP; heeds].into();
+        self.tells = tells;
+        let config = ProtectionConfig { period: self.period, ..ProtectionConfig::default() };
+        let config = config.for_a_base(heeds as f64 * self.period);
+        self.protection = Protection::new(self.base.config().platform(), &self.ring, config);
+        self
+    }
+
     fn step(&mut self, twist: Twist) {
         if self.step % self.every < 2 {
             if let Some(scan) = &mut self.scan {
@@ -92,18 +111,21 @@ impl Drive {
         }
         let demand = Demand { twist, valid_until: self.now + Duration::from_millis(100), limits: Limits::NONE };
         self.permitted = self.protection.filter(self.now, &demand, self.odometer.state(), self.scan.as_ref(), LinkState::Up);
+        self.underway.push_back(self.permitted.twist);
+        let heeded = self.underway.pop_front().unwrap_or(Twist::STOP);
         // Walk the period in small steps, so that no touch goes unnoticed.
-        let (mut distance, mut turn) = (0.0, 0.0);
         for _ in 0..10 {
-            let travel = self.base.step(self.pose, self.permitted.twist, self.period / 10.0);
+            let travel = self.base.step(self.pose, heeded, self.period / 10.0);
             self.pose = travel.pose;
-            distance += travel.distance;
-            turn += travel.turn;
+            self.untold = (self.untold.0 + travel.distance, self.untold.1 + travel.turn);
             self.least = self.least.min(self.scene.clearance(self.pose.point()) - self.base.config().radius);
         }
         self.now = self.now + Duration::from_secs_f64(self.period);
-        self.odometer.measure(self.now, distance, turn, self.period, &mut self.rng);
         self.step += 1;
+        if self.step.is_multiple_of(self.tells) {
+            let (distance, turn) = std::mem::take(&mut self.untold);
+            self.odometer.measure(self.now, distance, turn, self.period * self.tells as f64, &mut self.rng);
+        }
     }
 }
 
@@ -117,7 +139,7 @@ fn one_look(config: BaseConfig, ring: Ring, scene: Scene, pose: Pose, twist: Twi
     drive.step(Twist::STOP);
     drive.step(Twist::STOP);
     let odometry = Odometry { twist, ..*drive.odometer.state() };
-    drive.protection.last = twist;
+    drive.protection.told.tell(drive.now, twist);
     let demand = Demand { twist, valid_until: Time::FAR, limits: Limits::NONE };
     drive.protection.filter(drive.now, &demand, &odometry, drive.scan.as_ref(), LinkState::Up)
 }
@@ -176,7 +198,8 @@ fn a_pioneer_left_at_a_wall_drives_off() {
     for off in (25..=90).step_by(5) {
         for (side, speed) in [(1.0, 0.3), (-1.0, 0.3), (1.0, -0.3), (-1.0, -0.3)] {
             let heading = side * (f64::from(off) + if speed > 0.0 { 0.0 } else { 180.0 });
-            let scene = Scene { walls: vec![(Point2::new(-20.0, -wall), Point2::new(20.0, -wall))], people: vec![], specular: 0.6 };
+            let scene =
+                Scene { walls: vec![(Point2::new(-20.0, -wall), Point2::new(20.0, -wall))], people: vec![], specular: 0.6 };
             let heading = if side > 0.0 { heading } else { 180.0 + heading };
             let mut drive = Drive::new(config.clone(), ring.clone(), scene, Pose::new(0.0, 0.0, heading.to_radians()));
             for _ in 0..8 {
@@ -233,6 +256,18 @@ proptest! {
         let along = nalgebra::Vector2::new(-normal.y, normal.x) * 30.0;
         let scene = Scene { walls: vec![(foot - along, foot + along)], people: vec![], specular: specular.to_radians() };
         assert_untouched(Drive { noise, ..Drive::new(config, ring, scene, Pose::default()) }, &demand)?;
+    }
+
+    #[test]
+    fn a_base_that_heeds_and_tells_late_never_touches_a_wall(
+        (config, ring) in robots(), bearing in -PI..PI, room in 0.05..2.5f64, demand in prop::collection::vec(demands(), 1..4),
+        heeds in 0usize..4, tells in 1u64..5
+    ) {
+        let normal = nalgebra::Vector2::new(bearing.cos(), bearing.sin());
+        let foot = Point2::from(normal * (config.radius + room));
+        let along = nalgebra::Vector2::new(-normal.y, normal.x) * 30.0;
+        let scene = Scene { walls: vec![(foot - along, foot + along)], people: vec![], specular: 0.44 };
+        assert_untouched(Drive::new(config, ring, scene, Pose::default()).slow_of_hearing(heeds, tells), &demand)?;
     }
 
     #[test]
