@@ -13,7 +13,7 @@ use std::{
     io::{self, Read, Write},
     net::{TcpStream, ToSocketAddrs},
     sync::mpsc::{self, Receiver, TryRecvError},
-    thread,
+    thread::{self, JoinHandle},
     time::Duration,
 };
 
@@ -53,6 +53,8 @@ pub struct Line {
     baud: u32,
     minding: Option<Minding>,
     state: State,
+    /// Takes leave of a device that was minded, until it stands.
+    farewell: Option<JoinHandle<()>>,
     opened: u64,
     trouble: String,
 }
@@ -68,7 +70,15 @@ impl Line {
     /// A line that is opened when it is first asked for what has come. Only a serial port has a speed in `baud`.
     #[must_use]
     pub fn new(address: Address, baud: u32) -> Self {
-        Self { address, baud, minding: None, state: State::Shut(None), opened: 0, trouble: "it is being opened".to_owned() }
+        Self {
+            address,
+            baud,
+            minding: None,
+            state: State::Shut(None),
+            farewell: None,
+            opened: 0,
+            trouble: "it is being opened".to_owned(),
+        }
     }
 
     /// Has the line [minded](Minder): for a device that goes on when nobody speaks to it.
@@ -86,6 +96,7 @@ impl Line {
             baud: 0,
             minding: None,
             state: State::Open(stream),
+            farewell: None,
             opened: 1,
             trouble: String::new(),
         }
@@ -112,7 +123,15 @@ impl Line {
     /// Shuts it, to be opened at this speed.
     pub fn open_at(&mut self, baud: u32) {
         self.baud = baud;
-        self.state = State::Shut(None);
+        self.leave(None);
+    }
+
+    /// Shuts it, to be opened again at that time. Taking leave of a device that is minded takes a while, and must not hold anybody up.
+    fn leave(&mut self, again: Option<Time>) {
+        let left = std::mem::replace(&mut self.state, State::Shut(again));
+        if self.minding.is_some() && matches!(left, State::Open(_)) {
+            self.farewell = thread::Builder::new().name("leaves a line".to_owned()).spawn(move || drop(left)).ok();
+        }
     }
 
     /// Appends what has come, and opens the line if it is not open.
@@ -156,14 +175,18 @@ impl Line {
     }
 
     fn shut(&mut self, now: Time, trouble: String) -> Standing {
-        (self.state, self.trouble) = (State::Shut(Some(now + AGAIN)), trouble);
+        self.trouble = trouble;
+        self.leave(Some(now + AGAIN));
         Standing::Down
     }
 
     fn begin_opening(&mut self, now: Time) {
         let (tell, answer) = mpsc::channel();
         let (address, baud, minding) = (self.address.clone(), self.baud, self.minding.clone());
+        let farewell = self.farewell.take();
         let open = move || {
+            // A device has one line at a time.
+            let _ = farewell.map(JoinHandle::join);
             let opened = match minding {
                 Some(minding) => minder::open(&address, baud, &minding),
                 None => connect(&address, baud),
@@ -175,6 +198,14 @@ impl Line {
             Ok(_) => self.state = State::Opening(answer),
             Err(error) => _ = self.shut(now, format!("it can't be opened: {error}")),
         }
+    }
+}
+
+impl Drop for Line {
+    /// A device that is minded stands when its line has gone, also if the program ends then.
+    fn drop(&mut self) {
+        self.leave(None);
+        let _ = self.farewell.take().map(JoinHandle::join);
     }
 }
 

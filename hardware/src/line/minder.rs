@@ -13,8 +13,9 @@
 //!
 //! The client's [`Line`](super::Line) starts that process from the program that it runs in, which therefore begins with
 //! [`mind_if_asked`]. When either process ends, the other notices at once: the minder stops the device and goes, the client opens its
-//! line anew. Only whoever kills both in the same moment leaves a device that nobody minds; and only the device's end of a radio link
-//! could help against that.
+//! line anew. A minder says ten times a second that it is well; one that is held up is killed, and the client stops the device itself.
+//! Only whoever kills both in the same moment leaves a device that nobody minds; and only the device's end of a radio link could help
+//! against that.
 
 use std::{
     env,
@@ -26,16 +27,23 @@ use std::{
     path::PathBuf,
     process::{Child, Command, Stdio},
     str::FromStr,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
 
 use orienteer_runtime::time::Time;
+use signal_hook::{consts::signal, flag};
 
 use super::{Address, Stream, connect, is_patience, take};
 
 /// What makes a program mind a line, and which.
 const ASKED: &str = "ORIENTEER_MIND_LINE";
+/// What the minder's process is called in lists of processes.
+const NAME: &str = "orienteer-minder";
 /// What the minder says when it has the device.
 const OPEN: &str = "open";
 /// While the client is silent the device is told to stop so often.
@@ -44,6 +52,13 @@ const AGAIN: Duration = Duration::from_millis(100);
 const LOOK: Duration = Duration::from_millis(2);
 /// The device may take so long to be opened.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// A minder says so often that it is well.
+const BEAT: Duration = Duration::from_millis(100);
+/// One that has not said so for this long is held up.
+const HELD_UP: Duration = Duration::from_millis(400);
+/// The device is told so often to stop at the end, in case that something gets lost, and a minder that is well needs no more than this to go.
+const FAREWELLS: u32 = 3;
+const GOES: Duration = Duration::from_millis(400);
 
 /// What a minder has to know of a device.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,11 +147,40 @@ impl FromStr for Order {
 /// The client's end of a line that is minded.
 struct Minded {
     stream: UnixStream,
-    minder: Option<Child>,
+    /// The minder says here that it is well, and said so last at that time.
+    beats: UnixStream,
+    well: Instant,
+    minder: Child,
+    order: Order,
+}
+
+impl Minded {
+    /// An error if the minder is held up: then nothing gets through, and nobody minds the device.
+    fn check(&mut self) -> io::Result<()> {
+        // If this process was held up itself, the beats of that time are all there.
+        let mut beats = [0; 64];
+        while matches!(self.beats.read(&mut beats), Ok(1..)) {
+            self.well = Instant::now();
+        }
+        if self.well.elapsed() < HELD_UP { Ok(()) } else { Err(io::Error::other("the process that minds it is held up")) }
+    }
+
+    /// True if the minder ends by itself, as it does when its client goes: the device is stopped then.
+    fn goes(&mut self) -> bool {
+        let began = Instant::now();
+        while began.elapsed() < GOES {
+            match self.minder.try_wait() {
+                Ok(None) => thread::sleep(LOOK),
+                ended => return matches!(ended, Ok(Some(status)) if status.success()),
+            }
+        }
+        false
+    }
 }
 
 impl Read for Minded {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.check()?;
         self.stream.read(into)
     }
 }
@@ -152,12 +196,24 @@ impl Write for Minded {
 }
 
 impl Drop for Minded {
-    /// The minder hears of it, stops the device and ends; somebody must take note.
+    /// Waits until the device has been stopped: by the minder, or by this process if the minder can't.
     fn drop(&mut self) {
         let _ = self.stream.shutdown(std::net::Shutdown::Both);
-        if let Some(mut minder) = self.minder.take() {
-            let _ = thread::Builder::new().name("waits for a minder".to_owned()).spawn(move || minder.wait());
+        if self.check().is_err() || !self.goes() {
+            let _ = self.minder.kill();
+            let _ = self.minder.wait();
+            if let Ok(mut device) = connect(&self.order.address, self.order.baud) {
+                stop(&mut *device, &self.order.minding);
+            }
         }
+    }
+}
+
+/// Says stop for the last time.
+fn stop(device: &mut dyn Stream, minding: &Minding) {
+    for _ in 0..FAREWELLS {
+        let _ = device.write(&minding.stop);
+        thread::sleep(AGAIN / 2);
     }
 }
 
@@ -168,10 +224,12 @@ pub(super) fn open(address: &Address, baud: u32, minding: &Minding) -> io::Resul
     }
     let order = Order { address: address.clone(), baud, minding: minding.clone() };
     let (mut stream, theirs) = UnixStream::pair()?;
+    let (beats, their_beats) = UnixStream::pair()?;
     let mut minder = Command::new(program()?)
+        .arg0(NAME)
         .env(ASKED, order.text())
         .stdin(Stdio::from(OwnedFd::from(theirs)))
-        .stdout(Stdio::null())
+        .stdout(Stdio::from(OwnedFd::from(their_beats)))
         .stderr(Stdio::null())
         // Ctrl-C is for the client.
         .process_group(0)
@@ -180,7 +238,8 @@ pub(super) fn open(address: &Address, baud: u32, minding: &Minding) -> io::Resul
     let trouble = match answer {
         Ok(line) if line == OPEN => {
             stream.set_nonblocking(true)?;
-            return Ok(Box::new(Minded { stream, minder: Some(minder) }));
+            beats.set_nonblocking(true)?;
+            return Ok(Box::new(Minded { stream, beats, well: Instant::now(), minder, order }));
         }
         Ok(line) if !line.is_empty() => line,
         _ => "nobody minds it: the program does not begin with `orienteer_hardware::line::mind_if_asked()`".to_owned(),
@@ -214,7 +273,10 @@ pub fn mind_if_asked() {
 
 /// Passes on what goes either way, until either side has gone.
 fn mind(order: &str) -> io::Result<()> {
+    let ending = heed_signals()?;
     let mut client = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
+    let beats = UnixStream::from(io::stdout().as_fd().try_clone_to_owned()?);
+    beats.set_nonblocking(true)?;
     let opened = order.parse().and_then(|order: Order| Ok((connect(&order.address, order.baud)?, order.minding)));
     let (mut device, minding) = match opened {
         Ok(opened) => opened,
@@ -227,18 +289,37 @@ fn mind(order: &str) -> io::Result<()> {
     client.set_read_timeout(Some(LOOK))?;
     // A client that takes nothing may be held up, and the device has to be stopped.
     client.set_write_timeout(Some(LOOK))?;
-    let ended = pass_on(&mut client, &mut *device, Minder::new(minding.clone()));
-    for _ in 0..3 {
-        let _ = device.write(&minding.stop);
-        thread::sleep(AGAIN / 2);
-    }
+    let ended = pass_on(&mut client, &beats, &mut *device, Minder::new(minding.clone()), &ending);
+    stop(&mut *device, &minding);
     ended
 }
 
-fn pass_on(client: &mut UnixStream, device: &mut dyn Stream, mut minder: Minder) -> io::Result<()> {
-    let began = Instant::now();
+/// Raised when somebody asks this process to end. That its client has gone is no reason: it has to stop the device first. So a
+/// minder that was held up when its client was killed must outlive the hangup by which the system wakes it.
+fn heed_signals() -> io::Result<Arc<AtomicBool>> {
+    let (ending, hung_up) = (Arc::new(AtomicBool::new(false)), Arc::default());
+    flag::register(signal::SIGHUP, hung_up)?;
+    for signal in [signal::SIGTERM, signal::SIGINT, signal::SIGQUIT] {
+        flag::register(signal, ending.clone())?;
+    }
+    Ok(ending)
+}
+
+fn pass_on(
+    client: &mut UnixStream,
+    mut beats: &UnixStream,
+    device: &mut dyn Stream,
+    mut minder: Minder,
+    ending: &AtomicBool,
+) -> io::Result<()> {
+    let (began, mut beat) = (Instant::now(), Instant::now());
     let (mut piece, mut answer) = ([0; 1024], Vec::with_capacity(1024));
-    loop {
+    while !ending.load(Ordering::Relaxed) {
+        if beat.elapsed() >= BEAT {
+            // A client that is held up takes none; it will have had enough of them.
+            let _ = beats.write(&[0]);
+            beat = Instant::now();
+        }
         let count = match client.read(&mut piece) {
             Ok(0) => return Ok(()),
             Ok(count) => count,
@@ -258,6 +339,7 @@ fn pass_on(client: &mut UnixStream, device: &mut dyn Stream, mut minder: Minder)
             ignore_patience(client.write(&answer))?;
         }
     }
+    Ok(())
 }
 
 fn ignore_patience(written: io::Result<usize>) -> io::Result<()> {
