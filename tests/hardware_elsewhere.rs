@@ -142,6 +142,20 @@ fn whoever_dies_the_robot_stands_and_goes_on_when_they_are_back() {
 }
 
 #[test]
+fn a_robot_that_does_not_answer_its_hardware_fails_the_mission() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    mission(at);
+    let text = fs::read_to_string(at.join("mission.toml")).unwrap();
+    fs::write(at.join("mission.toml"), text.replace("run = 'test", "run = 'alone")).unwrap();
+    let _hardware = Process::start(at, &["hardware", "mission.toml"]);
+    let (code, _, errors) = cli_support::call(at, &["run", "mission.toml", "--for", "4", "--out", "out"]);
+    assert_eq!(code, 3, "{errors}");
+    assert!(errors.contains("the hardware's own output tells why"), "{errors}");
+    assert!(errors.contains("it never was there"), "{errors}");
+}
+
+#[test]
 fn a_mission_with_another_configuration_does_not_touch_the_robot() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

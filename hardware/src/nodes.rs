@@ -3,7 +3,7 @@
 mod base;
 mod guard;
 mod sonar;
-mod trouble;
+pub(crate) mod trouble;
 
 pub use base::BaseNode;
 pub use guard::{Guard, Guarded};

@@ -6,7 +6,7 @@
 //! 1. a demand that is not finite: stop;
 //! 2. the link to the base is lost: stop;
 //! 3. odometry that is not finite or too old: stop, because nothing is known of the own motion;
-//! 4. an emergency stop is pressed: stop;
+//! 4. an emergency stop is pressed, or the motors are off: stop;
 //! 5. the demand has outlived its time: stop;
 //! 6. contact: see below;
 //! 7. the limits of the platform and of the clients: the same curve, slower;
@@ -103,8 +103,10 @@ pub enum Reason {
     LinkLost,
     /// Odometry held NaN or an infinity, or was too old.
     BadOdometry,
-    /// An emergency stop is pressed.
+    /// An emergency stop is pressed, or what counts as one.
     EmergencyStop,
+    /// Its motors are off, and not for a program to switch on.
+    MotorsOff,
     /// The demand had outlived its time.
     StaleCommand,
     /// The body touches something, or its wheels are blocked.
@@ -127,7 +129,8 @@ impl Reason {
             Reason::BadDemand => "the demand is not a number",
             Reason::LinkLost => "the link to the base is lost",
             Reason::BadOdometry => "odometry is missing or not a number",
-            Reason::EmergencyStop => "an emergency stop is pressed",
+            Reason::EmergencyStop => "an emergency stop is pressed, or a wheel hangs in the air",
+            Reason::MotorsOff => "its motors are off",
             Reason::StaleCommand => "the command is too old",
             Reason::Contact => "the body touches something",
             Reason::Platform => "the platform can't do more",
@@ -243,7 +246,7 @@ impl Protection {
         } else if !fresh {
             Some(Reason::BadOdometry)
         } else if odometry.flags & flags::EMERGENCY_STOP != 0 {
-            Some(Reason::EmergencyStop)
+            Some(if odometry.flags & flags::ENABLED != 0 { Reason::EmergencyStop } else { Reason::MotorsOff })
         } else if now > demand.valid_until && !demand.twist.is_stop() {
             Some(Reason::StaleCommand)
         } else {

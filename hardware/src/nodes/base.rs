@@ -16,11 +16,16 @@ use crate::{
         protection::{Demand, LinkState, Protection, ProtectionConfig, Reason},
     },
     driver::{BaseDriver, DriverError},
-    nodes::{Guard, IN_THE_FUTURE, trouble::Trouble},
+    nodes::{
+        Guard, IN_THE_FUTURE,
+        trouble::{Ended, Trouble},
+    },
 };
 
 /// A ring that has said nothing for so long after the start is silent.
 const FIRST_PASS: Duration = Duration::from_secs(2);
+/// The motors of a base that was just found may be off for so long.
+const GREETING: Duration = Duration::from_secs(2);
 /// A base that has not taken a command is told nothing but to stop for this long, s.
 const FORGIVEN: f64 = 1.0;
 
@@ -45,6 +50,8 @@ pub struct BaseNode {
     /// When the base last failed to take a command.
     disobeyed: Option<Time>,
     trouble: Trouble,
+    /// When it came, or came back.
+    back: Time,
     reason: Option<Reason>,
     /// A person knows of it.
     warned: bool,
@@ -80,6 +87,7 @@ impl BaseNode {
             sees: false,
             disobeyed: None,
             trouble: Trouble::new("base"),
+            back: Time::START,
             reason: None,
             warned: false,
             protected_steps: 0,
@@ -123,7 +131,10 @@ impl BaseNode {
             }
         }
         if self.trouble.is_on() && self.link(now) == LinkState::Up {
-            self.trouble.end(out);
+            self.back = now;
+            if self.trouble.end(out) == Ended::Back && self.driver.line().is_some() {
+                out.log(Level::WARN, "what the base did meanwhile may be missing from its pose");
+            }
         }
         if let Some(truth) = self.driver.truth() {
             out.publish(truth);
@@ -213,6 +224,8 @@ impl BaseNode {
             Reason::FreeDistance | Reason::Blind => true,
             // Nobody hears anything before the first pass of the ring is over.
             Reason::StaleSonar if !self.sees && now < Time::START + FIRST_PASS => true,
+            // Real ones switch their motors on when they have been greeted.
+            Reason::MotorsOff if now < self.back + GREETING => true,
             // Without sonar it is a log that is played, or a base on blocks.
             Reason::StaleCommand | Reason::StaleSonar => !self.has_sonar,
             _ => false,

@@ -12,8 +12,17 @@ use crate::driver::DriverError;
 /// A device that is not there yet is given so long before anybody hears of it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// How a device's trouble ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Ended {
+    /// It had not been there before.
+    There,
+    /// It had.
+    Back,
+}
+
 /// The failures of one device: each is told once, and its end once.
-pub(super) struct Trouble {
+pub(crate) struct Trouble {
     device: &'static str,
     since: Option<Time>,
     told: Option<String>,
@@ -51,12 +60,14 @@ impl Trouble {
     }
 
     /// The device works.
-    pub fn end(&mut self, out: &mut Outputs) {
+    pub fn end(&mut self, out: &mut Outputs) -> Ended {
         self.since = None;
+        let ended = if self.waiting { Ended::There } else { Ended::Back };
         if self.told.take().is_some() {
             let state = if self.waiting { "there" } else { "back" };
             out.log(Level::WARN, format!("the {} is {state}", self.device));
         }
+        ended
     }
 
     /// What to say of it when all is over, if it is on.

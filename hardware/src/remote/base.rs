@@ -14,6 +14,10 @@ use super::{
     RemoteHardware, Stamped,
     attachment::{Alive, Attachment, Ports},
 };
+use crate::{driver::DriverError, nodes::trouble::Trouble};
+
+/// A base that says nothing for so long is not well.
+const SILENT: Duration = Duration::from_millis(500);
 
 /// Brings what the base says into the mission, and what is decided to the base.
 pub struct RemoteBase {
@@ -27,6 +31,8 @@ pub struct RemoteBase {
     /// Time with a speed other than zero, s.
     driving: f64,
     failing: bool,
+    /// The hardware is there, and its base says nothing.
+    silence: Trouble,
 }
 
 struct BasePorts {
@@ -67,6 +73,7 @@ impl RemoteBase {
             pulse: 0,
             driving: 0.0,
             failing: false,
+            silence: Trouble::new("base"),
         }
     }
 
@@ -97,7 +104,9 @@ impl RemoteBase {
             out.publish(line);
         }
         // The hardware may be there and its base gone: what is old is not told again and again.
-        if let Some(odometry) = self.odometry.filter(|odometry| now.since(odometry.stamp) <= lease(self.period)) {
+        let odometry = self.odometry.filter(|odometry| now.since(odometry.stamp) <= lease(self.period));
+        self.listen(now, self.odometry.is_some_and(|odometry| now.since(odometry.stamp) <= SILENT), out);
+        if let Some(odometry) = odometry {
             out.publish(odometry);
             if !odometry.twist.is_stop() {
                 self.driving += self.period.as_secs_f64();
@@ -107,6 +116,21 @@ impl RemoteBase {
             out.publish(truth);
         }
         out.publish(self.motion);
+    }
+
+    /// Tells when the base falls silent although the hardware is there, and when it is heard again.
+    fn listen(&mut self, now: Time, heard: bool, out: &mut Outputs) {
+        let device = "the base beside the hardware".to_owned();
+        let why = "it says nothing; the hardware's own output tells why".to_owned();
+        if heard {
+            if self.silence.is_on() {
+                self.silence.end(out);
+            }
+        } else if self.odometry.is_some() {
+            self.silence.happen(now, &DriverError::LinkLost { device, why }, out);
+        } else {
+            self.silence.happen(now, &DriverError::Waiting { device, why }, out);
+        }
     }
 
     fn act(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
@@ -146,6 +170,8 @@ impl Behaviour for RemoteBase {
                 (false, Some(_)) => "the hardware was gone at the end",
                 (false, None) => "the hardware never was there",
             });
+        } else if let Some(failure) = self.silence.last_words() {
+            last_words.failure(failure);
         }
         last_words.fact("driving_s", self.driving);
         if let Some(truth) = self.truth {

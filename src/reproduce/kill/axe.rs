@@ -25,8 +25,8 @@ pub enum Victim {
     Mission(Signal),
     /// The hardware's process gets one.
     Hardware(Signal),
-    /// The process that minds the hardware's line is killed.
-    Minder,
+    /// The process that minds the hardware's line gets one.
+    Minder(Signal),
     /// The wire between hardware and robot is spoiled.
     Wire(Wire),
 }
@@ -39,7 +39,7 @@ impl Axe {
 
     /// True if nobody has to give back what it takes: the base stands for a moment, and then goes on by itself.
     pub fn heals_itself(&self) -> bool {
-        matches!(self.victim, Victim::Minder)
+        matches!(self.victim, Victim::Minder(_))
     }
 
     /// Takes something away.
@@ -47,7 +47,7 @@ impl Axe {
         match self.victim {
             Victim::Mission(with) => hit(&mut crew.mission, with),
             Victim::Hardware(with) => hit(&mut crew.hardware, with),
-            Victim::Minder => crew.hardware.iter().flat_map(children).for_each(|child| _ = kill_process(child, Signal::KILL)),
+            Victim::Minder(with) => crew.hardware.iter().flat_map(children).for_each(|child| _ = kill_process(child, with)),
             Victim::Wire(wire) => robot.wire(wire),
         }
     }
@@ -57,7 +57,7 @@ impl Axe {
         match self.victim {
             Victim::Mission(Signal::STOP) => crew.mission.iter().for_each(|child| signal(child, Signal::CONT)),
             Victim::Hardware(Signal::STOP) => crew.hardware.iter().for_each(|child| signal(child, Signal::CONT)),
-            Victim::Mission(_) | Victim::Hardware(_) | Victim::Minder => {}
+            Victim::Mission(_) | Victim::Hardware(_) | Victim::Minder(_) => {}
             Victim::Wire(_) => robot.wire(Wire::Whole),
         }
     }

@@ -32,7 +32,8 @@ impl Family {
 const WATCHDOG: f64 = 2.0;
 /// What stands in for it on the line to a Create, s: the minder's patience with a silent client.
 const MINDER: f64 = 0.25;
-/// If the minder itself dies, the line breaks, and is opened again after half a second; whoever is greeted then stands.
+/// If the minder itself dies, the line breaks, and is opened again after half a second; whoever is greeted then stands. One that is held
+/// up is found out sooner.
 const GREETED: f64 = 1.0;
 
 const fn axe(words: &'static str, victim: Victim, within: f64) -> Axe {
@@ -86,7 +87,8 @@ pub static CREATE: Family = Family {
         axe("hardware, kill -9", Victim::Hardware(Signal::KILL), MINDER),
         axe("hardware, held up", Victim::Hardware(Signal::STOP), MINDER),
         axe("hardware, ends", Victim::Hardware(Signal::TERM), MINDER),
-        axe("minder, kill -9", Victim::Minder, GREETED),
+        axe("minder, kill -9", Victim::Minder(Signal::KILL), GREETED),
+        axe("minder, held up", Victim::Minder(Signal::STOP), GREETED),
     ],
     robot_text: r#"name = "create"
 base = { driver = "create", port = "PORT", protection = { sonar_required = false } }

@@ -36,7 +36,9 @@ fn each_fault_stops_and_says_why() {
         odometry.stamp = Time::START;
     };
     assert_eq!(reason(late), stop(Reason::BadOdometry));
-    assert_eq!(reason(|odometry, _, _, _, _| odometry.flags = flags::EMERGENCY_STOP), stop(Reason::EmergencyStop));
+    let pressed = flags::ENABLED | flags::EMERGENCY_STOP;
+    assert_eq!(reason(|odometry, _, _, _, _| odometry.flags = pressed), stop(Reason::EmergencyStop));
+    assert_eq!(reason(|odometry, _, _, _, _| odometry.flags = flags::EMERGENCY_STOP), stop(Reason::MotorsOff));
     assert_eq!(reason(|_, _, _, _, now| *now = Time::from_secs_f64(0.11)), stop(Reason::StaleCommand));
     assert_eq!(reason(|_, scan, _, _, _| *scan = SonarScan::unfired(16)).1, Some(Reason::StaleSonar));
     assert_eq!(reason(|_, scan, _, _, _| *scan = SonarScan::default()).0.linear, 0.0);
