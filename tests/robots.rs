@@ -34,6 +34,29 @@ fn robots_with_a_ring_to_see_by_patrol_a_floor() {
     }
 }
 
+/// A Pioneer that somebody has put down a hand's breadth or less from a wall, or into a corner, whichever way it looks: it
+/// has gone its way within two minutes and a half, and touched nothing.
+#[test]
+fn a_robot_that_was_put_down_at_a_wall_or_in_a_corner_gets_away() {
+    let ring = "[[room]]\ncorners = [[0, 0], [14, 12]]\n[[box]]\ncenter = [7, 6]\nsize = [10.4, 8.4]\n";
+    for (x, y) in [(13.72, 5.0), (13.6, 3.0), (13.72, 0.28), (0.4, 11.6)] {
+        for heading in (-180..180).step_by(60) {
+            let text = format!(
+                "[mission]\nduration = 150\nlinks = 'direct'\n[record]\nenabled = false\n[world]\nfile = 'ring.toml'\n[[robot]]\n\
+                 name = 'r'\nstart = {{ x = {x}, y = {y}, heading_deg = {heading} }}\nbase = {{ driver = 'sim', platform = 'p3dx' }}\n\
+                 sonar = {{ driver = 'sim', ring = 'p3dx-16' }}\n[robot.agent.where-am-i]\n[robot.agent.avoidance]\n\
+                 [robot.agent.corridor-follower]\ncruise_speed = 0.3\n[robot.agent.patrol]\nleast_width = 1.4\n"
+            );
+            let files = [("mission.toml".to_owned(), text.into_bytes()), ("ring.toml".to_owned(), ring.as_bytes().to_vec())];
+            let loaded = mission::load_files(files, "mission.toml", &Registry::standard()).unwrap();
+            let outcome = mission::run(loaded, &Registry::standard(), RunOptions::default()).unwrap();
+            let fact = |name| outcome.robots[0].fact(name).unwrap();
+            assert_eq!(fact("collisions"), 0.0, "at ({x}, {y}), {heading} deg");
+            assert!(fact("distance_m") > 4.0, "at ({x}, {y}), {heading} deg: {} m", fact("distance_m"));
+        }
+    }
+}
+
 /// A robot that only feels, in a room with two pillars: five minutes on each of five seeds. It touches what it meets, never stays there,
 /// and gets everywhere.
 #[test]

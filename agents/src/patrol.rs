@@ -14,6 +14,7 @@ use std::{
     time::Duration,
 };
 
+use nalgebra::{Rotation2, Vector2};
 use orienteer_runtime::{
     agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Wiring},
     geometry::Twist,
@@ -79,6 +80,16 @@ const BELIEVED: u32 = 6;
 const WIDEST: f64 = 4.0;
 /// Who has been kept from going on for this long gives the way up: before the base forgets what it met and does not see any more.
 const HINDERED: Duration = Duration::from_secs(8);
+/// A stretch shorter than this was no way at all, m; so many of them, one after the other, and the robot is hemmed in.
+const NO_WAY: f64 = 0.05;
+const HEMMED_IN: u32 = 2;
+/// How long a ring takes to have looked everywhere.
+const LOOK_ROUND: Duration = Duration::from_secs(1);
+/// What is nearer than this repels, m; what is nearer than that repels no more strongly.
+const NEAR: f64 = 1.0;
+const TOUCHING: f64 = 0.1;
+/// How far to go away from there, m.
+const A_LITTLE: f64 = 0.3;
 /// How far to back off from where it does not go on, m.
 const BACK_OFF: f64 = 0.15;
 /// Distance to something ahead, from the robot's centre, at which crossing ends, m.
@@ -101,6 +112,18 @@ impl Eyes {
         self.look_out.ahead.iter().filter_map(|i| self.free(scan, *i)).min_by(f64::total_cmp)
     }
 
+    /// Away from all that is near, rad off the robot's heading: the sum of what each beam's echo repels with (Khatib 1986). `None` if
+    /// nothing is.
+    fn away(&self, scan: &SonarScan) -> Option<f64> {
+        let repels = |i: usize| {
+            let free = self.free(scan, i)?;
+            let force = (1.0 / free.max(TOUCHING) - 1.0 / NEAR).max(0.0);
+            Some(-force * Rotation2::new(self.ring.transducers.get(i)?.mount.heading).matrix().column(0))
+        };
+        let sum: Vector2<f64> = (0..self.ring.transducers.len()).filter_map(repels).sum();
+        (sum.norm() > f64::EPSILON).then(|| sum.y.atan2(sum.x))
+    }
+
     /// Free distance from the robot's centre along a transducer's beam, m.
     fn free(&self, scan: &SonarScan, transducer: usize) -> Option<f64> {
         let mount = self.ring.transducers.get(transducer)?.mount;
@@ -120,10 +143,18 @@ async fn patrol(
     pilot.next::<PoseEstimate>().await?;
     // A patrol that was built anew must not give an order that was carried out before.
     let mut order = (pilot.now().as_nanos() / 1_000_000) as u32;
-    let mut lost = 0;
+    let (mut lost, mut hemmed_in) = (0, 0);
     loop {
         order += 1;
         let report = follow(&pilot, order).await?;
+        hemmed_in = if report.length < NO_WAY { hemmed_in + 1 } else { 0 };
+        if hemmed_in >= HEMMED_IN {
+            // Beside a wall or in a corner the follower may take for a corridor what is none.
+            hemmed_in = 0;
+            into_the_open(&pilot, &config, &eyes).await.ok();
+            pilot.release();
+            continue;
+        }
         *places.borrow_mut() += 1;
         lost = if report.opening() == Opening::Lost { lost + 1 } else { 0 };
         let way = match report.opening() {
@@ -199,6 +230,16 @@ async fn leave(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
     pilot.translate(0.5 * (from + to) - gaps.driven, config.speed).await?;
     pilot.rotate(turn, config.turn_rate).await?;
     pilot.translate(0.5 * report.width + INTO_PORT, config.speed).await
+}
+
+/// Goes a little away from all that is near.
+async fn into_the_open(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes) -> Result<(), Aborted> {
+    pilot.drive(Twist::STOP);
+    pilot.sleep(LOOK_ROUND).await?;
+    let scan = pilot.latest::<SonarScan>().ok_or(Aborted::TimedOut)?;
+    let bearing = eyes.away(&scan).ok_or(Aborted::TimedOut)?;
+    pilot.rotate(bearing, config.turn_rate).await?;
+    pilot.translate(A_LITTLE, config.speed).await
 }
 
 /// What was seen on the way across a place. Distances along the way from where it began, m.
