@@ -21,13 +21,14 @@ const ENOUGH: f64 = 1.2;
 const STRAIGHT: f64 = 0.8;
 
 /// Finds a corridor around a robot that stands: from one range for each transducer (m, the greatest range if it hears nothing)
-/// to the first estimate of a filter. `None` if no wall is near.
+/// to the first estimate of a filter. `None` if no wall is near. In the middle of a corridor the robot has at least this much `room` to
+/// either side of its centre, m.
 ///
 /// Headings are tried one after another. For each, every beam that could hear a wall proposes one, and the others vote: for
 /// it if they fit (`1 − (residual / 8 cm)²`), against it if they look through it. Furniture that one beam hears is thus
 /// outvoted by the wall beside it, and a robot that has been turned aside finds its way back. The precondition that the robot
 /// faces along the corridor (Randazza 1989, §3.1) enters as a slight preference.
-pub(super) fn acquire(ring: &Ring, ranges: &[f64]) -> Option<CorridorFilter> {
+pub(super) fn acquire(ring: &Ring, ranges: &[f64], room: f64) -> Option<CorridorFilter> {
     let mut best: Option<(f64, CorridorFilter)> = None;
     for n in -HEADINGS..=HEADINGS {
         let share = f64::from(n) / f64::from(HEADINGS);
@@ -38,7 +39,7 @@ pub(super) fn acquire(ring: &Ring, ranges: &[f64]) -> Option<CorridorFilter> {
             continue;
         }
         let [left, right] = walls.map(|wall| wall.map(|(_, distance)| distance));
-        if let Some(filter) = CorridorFilter::new(left, right, heading) {
+        if let Some(filter) = CorridorFilter::new(left, right, heading, room) {
             best = Some((votes, filter));
         }
     }
@@ -84,6 +85,8 @@ mod tests {
 
     use super::{super::corridor_filter::fixtures, *};
 
+    const ROOM: f64 = 0.55;
+
     fn ranges(e: f64, heading: f64, width: f64) -> Vec<f64> {
         let echo = |transducer| fixtures::range(transducer, e, heading, width).free_distance(7.0);
         fixtures::ring().transducers.iter().map(|transducer| f64::from(echo(transducer).unwrap())).collect()
@@ -92,7 +95,7 @@ mod tests {
     proptest! {
         #[test]
         fn finds_a_corridor_however_the_robot_stands(e in -0.2..0.2f64, heading in -0.6..0.6f64, width in 1.12..2.5f64) {
-            let filter = acquire(&fixtures::ring(), &ranges(e, heading, width)).unwrap();
+            let filter = acquire(&fixtures::ring(), &ranges(e, heading, width), ROOM).unwrap();
             prop_assert!((filter.offset() - e).abs() < 0.1, "{} {e}", filter.offset());
             prop_assert!(angle::turn(filter.heading(), heading).abs() < 0.22, "{} {heading}", filter.heading());
             prop_assert!((filter.width() - width).abs() < 0.15, "{} {width}", filter.width());
@@ -102,14 +105,14 @@ mod tests {
         fn one_thing_before_a_wall_does_not_matter(near in 0.2..0.5f64, beam in 0usize..16) {
             let mut ranges = ranges(0.0, 0.0, 1.8);
             ranges[beam] = near;
-            let filter = acquire(&fixtures::ring(), &ranges).unwrap();
+            let filter = acquire(&fixtures::ring(), &ranges, ROOM).unwrap();
             prop_assert!(filter.offset().abs() < 0.1 && (filter.width() - 1.8).abs() < 0.15, "{filter:?}");
         }
     }
 
     #[test]
     fn nothing_near_is_no_corridor() {
-        assert!(acquire(&fixtures::ring(), &[7.0; 16]).is_none());
+        assert!(acquire(&fixtures::ring(), &[7.0; 16], ROOM).is_none());
     }
 
     #[test]
@@ -120,7 +123,7 @@ mod tests {
                 *range = 7.0;
             }
         }
-        let filter = acquire(&fixtures::ring(), &ranges).unwrap();
+        let filter = acquire(&fixtures::ring(), &ranges, ROOM).unwrap();
         assert!((0.5 * filter.width() - filter.offset() - 0.65).abs() < 0.05, "{filter:?}");
     }
 }

@@ -58,12 +58,14 @@ const FAR_OFF: f64 = 0.5;
 
 impl CorridorFilter {
     /// A robot in a corridor, given the distances from its centre to the walls on the left and on the right (m) and its heading
-    /// relative to them. An unseen side is taken to be as far as the other, and known to be a guess.
+    /// relative to them. An unseen side is taken to be as far as the other, and known to be a guess. It is no nearer than `room`,
+    /// which a robot in the middle has to either side: one that begins at a wall does not follow it at a hand's breadth.
     #[must_use]
-    pub fn new(left: Option<f64>, right: Option<f64>, heading: f64) -> Option<Self> {
+    pub fn new(left: Option<f64>, right: Option<f64>, heading: f64, room: f64) -> Option<Self> {
         let (l, r) = match (left, right) {
             (Some(left), Some(right)) => (left, right),
-            (Some(one), None) | (None, Some(one)) => (one, one),
+            (Some(left), None) => (left, left.max(room)),
+            (None, Some(right)) => (right.max(room), right),
             (None, None) => return None,
         };
         let variance = |seen: Option<f64>| if seen.is_some() { SEEN * SEEN } else { GUESSED * GUESSED };
@@ -230,7 +232,7 @@ mod tests {
             e in -0.2..0.2f64, phi in -0.17..0.17f64, width in 1.12..2.5f64
         ) {
             let ring = ring();
-            let mut filter = CorridorFilter::new(Some(0.5 * width), Some(0.5 * width), 0.0).unwrap();
+            let mut filter = CorridorFilter::new(Some(0.5 * width), Some(0.5 * width), 0.0, 0.55).unwrap();
             let (mut pose, step) = (Pose::new(0.0, e, phi), Pose::new(0.02, 0.0, 0.0));
             for n in 0..50 {
                 let echoes: Vec<_> = ring.transducers.iter().map(|t| range(t, pose.y, pose.heading, width)).collect();
@@ -246,7 +248,7 @@ mod tests {
         #[test]
         fn any_heading_leaves_a_finite_estimate(phi in -TAU..TAU, readings in prop::collection::vec(0.0f32..8.0, 16)) {
             let ring = ring();
-            let mut filter = CorridorFilter::new(Some(0.6), None, 0.0).unwrap();
+            let mut filter = CorridorFilter::new(Some(0.6), None, 0.0, 0.55).unwrap();
             filter.predict(Pose::new(0.1, 0.0, phi));
             let echoes: Vec<_> = readings.into_iter().map(Echo::Range).collect();
             filter.correct(&ring, &SonarScan::from_echoes(Time::START, 1, &echoes), |_, _| {});

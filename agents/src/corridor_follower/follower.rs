@@ -79,6 +79,8 @@ enum Stage {
     },
 }
 
+/// A corridor leaves so much to either side of a robot in its middle, m: Huey's radius and this make its corridor of 1.12 m.
+const ROOM: f64 = 0.25;
 /// Slower than this it stands, m/s and rad/s.
 const STILL: f64 = 0.02;
 /// Off the corridor's direction by no more than this, what a flank hears belongs to the path, rad.
@@ -232,7 +234,7 @@ impl Follower {
         self.ranges.clear();
         self.ranges.extend(self.medians.iter().map(|median| if median.is_full() { median.value() } else { unheard }));
         // Without a new one the old estimate, if there is one, is better than none.
-        if let Some(filter) = acquire(&self.ring, &self.ranges) {
+        if let Some(filter) = acquire(&self.ring, &self.ranges, self.platform.radius + ROOM) {
             self.filter = Some(filter);
         }
         if self.filter.is_none() {
