@@ -5,6 +5,7 @@ use std::time::Duration;
 use orienteer_runtime::{
     agent::{Behaviour, Finish, Inputs, Level, Outputs, Phase, Wiring},
     arbitration::lease,
+    geometry::Pose,
     link::{Bell, LinkError, Publisher, RobotBus, Subscriber},
     time::Time,
     topics::{BaseDecision, HardwareState, LineState, MissionPulse, MotionReport, Odometry, Truth},
@@ -33,6 +34,36 @@ pub struct RemoteBase {
     failing: bool,
     /// The hardware is there, and its base says nothing.
     silence: Trouble,
+    carried: Carried,
+}
+
+/// How far the robot had come when its hardware was started anew, and began to count anew: where it was then, for all anybody knows, it
+/// goes on from.
+#[derive(Debug, Clone, Copy, Default)]
+struct Carried {
+    /// When the hardware began to count.
+    epoch: u64,
+    /// The pose at which it began, in the frame in which the mission counts.
+    origin: Pose,
+    travelled: f64,
+    turned: f64,
+}
+
+impl Carried {
+    /// What hardware of this epoch says, told in a way that goes on from the last word.
+    fn goes_on(&mut self, epoch: u64, last: Option<Odometry>, said: Odometry) -> Odometry {
+        if let Some(last) = last.filter(|_| epoch != self.epoch) {
+            self.origin = last.pose.then(said.pose.inverse());
+            (self.travelled, self.turned) = (last.travelled - said.travelled, last.turned - said.turned);
+        }
+        self.epoch = epoch;
+        Odometry {
+            pose: self.origin.then(said.pose),
+            travelled: self.travelled + said.travelled,
+            turned: self.turned + said.turned,
+            ..said
+        }
+    }
 }
 
 struct BasePorts {
@@ -74,6 +105,7 @@ impl RemoteBase {
             driving: 0.0,
             failing: false,
             silence: Trouble::new("base"),
+            carried: Carried::default(),
         }
     }
 
@@ -94,7 +126,8 @@ impl RemoteBase {
         let Some(alive) = self.hardware.alive() else { return };
         let shift = alive.shift;
         let (odometry, motion, truth) = (&mut self.odometry, &mut self.motion, &mut self.truth);
-        alive.ports.odometry.drain(|sample| *odometry = Some(sample.shifted(shift)));
+        let (carried, epoch) = (&mut self.carried, alive.state.epoch);
+        alive.ports.odometry.drain(|sample| *odometry = Some(carried.goes_on(epoch, *odometry, sample.shifted(shift))));
         alive.ports.motion.drain(|sample| *motion = sample.shifted(shift));
         alive.ports.truth.drain(|sample| *truth = Some(sample.shifted(shift)));
         out.publish(alive.state.shifted(shift));
@@ -178,5 +211,31 @@ impl Behaviour for RemoteBase {
             last_words.fact("collisions", f64::from(truth.collisions));
             last_words.fact("bumped", f64::from(truth.bumped));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_goes_on_when_the_hardware_begins_anew() {
+        let mut carried = Carried::default();
+        let said = |x, heading, travelled| Odometry {
+            pose: Pose::new(x, 0.0, heading),
+            travelled,
+            turned: heading,
+            ..Odometry::default()
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let first = carried.goes_on(7, None, said(1.0, 0.0, 3.0));
+        assert_eq!(first, said(1.0, 0.0, 3.0), "the first word is taken as it is");
+        let last = carried.goes_on(7, Some(first), said(2.0, quarter, 4.0));
+        let anew = carried.goes_on(8, Some(last), said(0.0, 0.0, 0.0));
+        assert!(last.pose.between(anew.pose).point().coords.norm() < 1e-9);
+        let on = carried.goes_on(8, Some(anew), said(0.5, 0.0, 0.5));
+        // It looks along y by now.
+        assert!((on.pose.x - 2.0).abs() < 1e-9 && (on.pose.y - 0.5).abs() < 1e-9, "{:?}", on.pose);
+        assert!((on.travelled - 4.5).abs() < 1e-9 && (on.turned - quarter).abs() < 1e-9);
     }
 }
