@@ -169,6 +169,7 @@ impl Line {
         match stream.write(bytes) {
             Ok(sent) if sent == bytes.len() => {}
             Ok(_) => _ = self.shut(now, "it takes nothing more".to_owned()),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) if is_patience(&error) => _ = self.shut(now, "it takes nothing more".to_owned()),
             Err(error) => _ = self.shut(now, format!("it broke: {error}")),
         }
@@ -202,7 +203,7 @@ impl Line {
 }
 
 impl Drop for Line {
-    /// A device that is minded stands when its line has gone, also if the program ends then.
+    /// A device that is minded stands when its open line has gone, also if the program ends then.
     fn drop(&mut self) {
         self.leave(None);
         let _ = self.farewell.take().map(JoinHandle::join);
@@ -242,17 +243,17 @@ pub(crate) fn take(stream: &mut dyn Stream, into: &mut Vec<u8>) -> io::Result<()
         match stream.read(&mut piece) {
             Ok(0) => return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the other side has hung up")),
             Ok(count) => into.extend_from_slice(&piece[..count]),
-            Err(error) if is_patience(&error) => return Ok(()),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) if is_patience(&error) => return Ok(()),
             Err(error) => return Err(error),
         }
     }
     Ok(())
 }
 
-/// True if nothing is wrong, only nothing there.
+/// True if nothing is wrong, only nothing there, or a signal came first.
 fn is_patience(error: &io::Error) -> bool {
-    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
 }
 
 #[cfg(test)]

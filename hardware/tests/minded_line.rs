@@ -183,6 +183,11 @@ fn a_minder_that_is_held_up_leaves_no_device_that_goes_on() {
     assert_eq!(device.read(), Some(STOP));
     while device.read().is_some() {}
     assert!(device.client.wait().unwrap().success());
+    // Both are asked to end, as when a service is stopped.
+    let mut device = Device::new();
+    tell(&device.minder(), "-TERM");
+    device.signal("-TERM");
+    device.stops();
 }
 
 fn what_cannot_be_opened_is_told_by_the_minder() {

@@ -242,6 +242,7 @@ pub(super) fn open(address: &Address, baud: u32, minding: &Minding) -> io::Resul
             return Ok(Box::new(Minded { stream, beats, well: Instant::now(), minder, order }));
         }
         Ok(line) if !line.is_empty() => line,
+        Err(error) if is_patience(&error) => format!("nobody has opened it within {} s", PATIENCE.as_secs()),
         _ => "nobody minds it: the program does not begin with `orienteer_hardware::line::mind_if_asked()`".to_owned(),
     };
     let _ = minder.kill();
@@ -285,7 +286,8 @@ fn mind(order: &str) -> io::Result<()> {
             return Err(error);
         }
     };
-    writeln!(client, "{OPEN}")?;
+    // Of a client that is gone by now the first look tells.
+    let _ = writeln!(client, "{OPEN}");
     client.set_read_timeout(Some(LOOK))?;
     // A client that takes nothing may be held up, and the device has to be stopped.
     client.set_write_timeout(Some(LOOK))?;
@@ -331,7 +333,13 @@ fn pass_on(
         let said = minder.due(now).unwrap_or(&piece[..count]);
         if !said.is_empty() {
             // Of a device that takes nothing for the moment nothing is kept: what is old must not move it later.
-            ignore_patience(device.write(said))?;
+            match device.write(said) {
+                // Whatever follows would be taken for the rest of this.
+                Ok(sent) if sent < said.len() => {
+                    return Err(io::Error::new(io::ErrorKind::WriteZero, "the device takes nothing more"));
+                }
+                written => ignore_patience(written)?,
+            }
         }
         answer.clear();
         take(device, &mut answer)?;
