@@ -36,6 +36,8 @@ const URGENT: i32 = -15;
 pub struct Guarded {
     shared: Arc<Shared>,
     platform: Platform,
+    /// Why there is nothing yet.
+    why: String,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -78,15 +80,19 @@ impl Guarded {
     pub fn new(mut driver: Box<dyn BaseDriver>, robot: &str, period: Duration) -> Result<Self, DriverError> {
         // The first step may come before the thread does; a device that is not ready yet will be asked again.
         // One that panics will do so again, on its own thread, where nobody is hurt.
-        let odometry = catch_unwind(AssertUnwindSafe(|| driver.poll(Time::START))).ok().and_then(Result::ok);
+        let first = catch_unwind(AssertUnwindSafe(|| {
+            let odometry = driver.poll(Time::START).ok();
+            (odometry, driver.truth(), driver.line())
+        }));
+        let (odometry, truth, line) = first.unwrap_or_default();
         let state = State {
             watchdog: Watchdog::new(period),
             valid_until: Time::START,
             started: None,
             fresh_command: false,
             odometry,
-            truth: driver.truth(),
-            line: driver.line(),
+            truth,
+            line,
             unread: None,
             disobeyed: None,
             deaf: false,
@@ -98,7 +104,7 @@ impl Guarded {
         let watched = shared.clone();
         let thread = thread::Builder::new().name(format!("base of {robot}")).spawn(move || watch(driver, &watched));
         let thread = thread.map_err(|source| DriverError::Io { what: "the base's thread can't be started".into(), source })?;
-        Ok(Self { shared, platform, thread: Some(thread) })
+        Ok(Self { shared, platform, why: "nothing has come yet".to_owned(), thread: Some(thread) })
     }
 
     /// What tells this guard how long commands hold.
@@ -237,12 +243,16 @@ impl BaseDriver for Guarded {
         let lost = |why: &str| DriverError::LinkLost { device: self.platform.name.clone(), why: why.into() };
         match (state.dead, told, state.odometry) {
             (true, ..) => Err(lost("its driver has panicked")),
-            (false, Some(error), _) => Err(error),
+            (false, Some(error), _) => {
+                if let DriverError::Waiting { why, .. } = &error {
+                    // Between two readings of the driver the reason is the same.
+                    self.why.clone_from(why);
+                }
+                Err(error)
+            }
             (false, None, Some(odometry)) if !state.deaf => Ok(odometry),
             (false, None, Some(_)) => Err(lost("it can't be read")),
-            (false, None, None) => {
-                Err(DriverError::Waiting { device: self.platform.name.clone(), why: "nothing has come yet".into() })
-            }
+            (false, None, None) => Err(DriverError::Waiting { device: self.platform.name.clone(), why: self.why.clone() }),
         }
     }
 
