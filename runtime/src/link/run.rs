@@ -29,6 +29,8 @@ const SESSION_LENGTH: usize = 8;
 const LONGEST_RUN: usize = 64;
 /// Nobody holds the lock on the root for longer than it takes to remove a few files.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Who joins may do so on a thread that drives robots, and can try again.
+const JOINING: Duration = Duration::from_millis(250);
 
 /// A process's hold on a session. Dropping it removes the session if nobody else uses it.
 #[derive(Debug)]
@@ -45,7 +47,7 @@ impl Session {
     /// Makes a new session, public if it has a name.
     pub(super) fn create(root: Option<&Path>, run: Option<&str>) -> Result<Self, LinkError> {
         let root = choose_root(root)?;
-        let _guard = lock_root(&root)?;
+        let _guard = lock_root(&root, PATIENCE)?;
         sweep(&root);
         let taken = run.map(|name| claim_run(&root, name)).transpose()?;
         let made = make_session_directory(&root).and_then(|(id, lock)| {
@@ -75,7 +77,7 @@ impl Session {
         if !directory.exists() {
             return Err(none());
         }
-        let _guard = lock_root(&root)?;
+        let _guard = lock_root(&root, JOINING)?;
         sweep(&root);
         let (_, id) = read_owner(&directory).ok_or_else(none)?;
         let path = root.join(&id);
@@ -109,7 +111,7 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        let guard = lock_root(&self.root);
+        let guard = lock_root(&self.root, PATIENCE);
         if guard.is_err() && self.root.exists() {
             return; // Somebody could be joining this very moment. The next run will sweep.
         }
@@ -189,8 +191,8 @@ impl Drop for RootLock<'_> {
 }
 
 /// Makes the root if need be and locks it. Everybody makes, joins and removes runs under this lock alone.
-fn lock_root(root: &Path) -> Result<RootLock<'_>, LinkError> {
-    let give_up = Instant::now() + PATIENCE;
+fn lock_root(root: &Path, patience: Duration) -> Result<RootLock<'_>, LinkError> {
+    let give_up = Instant::now() + patience;
     loop {
         match DirBuilder::new().recursive(false).mode(0o700).create(root) {
             Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(io_error("make", root)(error)),
