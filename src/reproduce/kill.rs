@@ -260,7 +260,8 @@ fn one_robot(name: &str, seed: u64, work: &Work, tell: &(dyn Fn() + Sync), rando
         let (began, before) = (Instant::now(), robot.collisions());
         axe.strike(&mut crew, &robot);
         thread::sleep(Duration::from_secs_f64(PERIOD + LONGEST_STOP) + robot::BRAKING + AWAY);
-        let stood = robot.stood_after(began, axe.heals_itself()).unwrap_or(f64::INFINITY);
+        let brakes = if axe.stops_abruptly() { work.family.wheels } else { work.family.brakes };
+        let stood = robot.stood_after(began, brakes, axe.heals_itself()).unwrap_or(f64::INFINITY);
         axe.heal(&mut crew, &robot);
         crew.muster()?;
         let back = Instant::now();

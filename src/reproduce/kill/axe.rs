@@ -27,6 +27,8 @@ pub enum Victim {
     Hardware(Signal),
     /// The process that minds the hardware's line gets one.
     Minder(Signal),
+    /// Both get one, as when a service is stopped.
+    Both(Signal),
     /// The wire between hardware and robot is spoiled.
     Wire(Wire),
 }
@@ -42,12 +44,21 @@ impl Axe {
         matches!(self.victim, Victim::Minder(_))
     }
 
+    /// True if it is not the base's own node that stops the base, gently, but whoever speaks to it in its stead.
+    pub fn stops_abruptly(&self) -> bool {
+        !matches!(self.victim, Victim::Mission(_))
+    }
+
     /// Takes something away.
     pub fn strike(&self, crew: &mut Crew<'_>, robot: &Watched) {
         match self.victim {
             Victim::Mission(with) => hit(&mut crew.mission, with),
             Victim::Hardware(with) => hit(&mut crew.hardware, with),
             Victim::Minder(with) => crew.hardware.iter().flat_map(children).for_each(|child| _ = kill_process(child, with)),
+            Victim::Both(with) => {
+                crew.hardware.iter().flat_map(children).for_each(|child| _ = kill_process(child, with));
+                hit(&mut crew.hardware, with);
+            }
             Victim::Wire(wire) => robot.wire(wire),
         }
     }
@@ -57,7 +68,7 @@ impl Axe {
         match self.victim {
             Victim::Mission(Signal::STOP) => crew.mission.iter().for_each(|child| signal(child, Signal::CONT)),
             Victim::Hardware(Signal::STOP) => crew.hardware.iter().for_each(|child| signal(child, Signal::CONT)),
-            Victim::Mission(_) | Victim::Hardware(_) | Victim::Minder(_) => {}
+            Victim::Mission(_) | Victim::Hardware(_) | Victim::Minder(_) | Victim::Both(_) => {}
             Victim::Wire(_) => robot.wire(Wire::Whole),
         }
     }

@@ -8,8 +8,10 @@ pub struct Family {
     pub name: &'static str,
     /// The robot as [`emulate`](crate::emulate) knows it.
     pub robot: &'static str,
-    /// What its brakes can do, m/s² and rad/s².
+    /// How its base's node brakes it, m/s² and rad/s².
     pub brakes: (f64, f64),
+    /// How it stops when somebody tells it to stand at once.
+    pub wheels: (f64, f64),
     /// It finds its way by touching things, so that it counts for nothing that it does.
     pub touches: bool,
     /// What befalls it.
@@ -45,6 +47,7 @@ pub static PIONEER: Family = Family {
     name: "Pioneer",
     robot: "p3dx",
     brakes: (0.3, 1.745),
+    wheels: (0.3, 1.745),
     touches: false,
     blows: &[
         axe("mission, kill -9", Victim::Mission(Signal::KILL), WATCHDOG),
@@ -79,6 +82,7 @@ pub static CREATE: Family = Family {
     name: "Create",
     robot: "create2",
     brakes: (0.5, 4.0),
+    wheels: (2.5, 21.0),
     touches: true,
     blows: &[
         axe("mission, kill -9", Victim::Mission(Signal::KILL), MINDER),
@@ -89,6 +93,7 @@ pub static CREATE: Family = Family {
         axe("hardware, ends", Victim::Hardware(Signal::TERM), MINDER),
         axe("minder, kill -9", Victim::Minder(Signal::KILL), GREETED),
         axe("minder, held up", Victim::Minder(Signal::STOP), GREETED),
+        axe("hardware and minder, end", Victim::Both(Signal::TERM), MINDER),
     ],
     robot_text: r#"name = "create"
 base = { driver = "create", port = "PORT", protection = { sonar_required = false } }

@@ -55,7 +55,6 @@ pub enum Wire {
 pub struct Watched {
     /// Where its driver finds it.
     pub port: String,
-    brakes: (f64, f64),
     state: Arc<Mutex<State>>,
     quit: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -91,7 +90,7 @@ impl Watched {
         let (watched, ended) = (state.clone(), quit.clone());
         let body = move || live(rig, port, &watched, &ended, seed);
         let thread = thread::Builder::new().name("robot".into()).spawn(body).map_err(SuiteError::from_display)?;
-        Ok(Self { port: name, brakes: family.brakes, state, quit, thread: Some(thread) })
+        Ok(Self { port: name, state, quit, thread: Some(thread) })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -129,9 +128,9 @@ impl Watched {
         None
     }
 
-    /// Time from an instant until it stood and stayed so, less that which its brakes need from the highest speed that it had meanwhile,
+    /// Time from an instant until it stood and stayed so, less that which such brakes need from the highest speed that it had meanwhile,
     /// s: until it was told to stop, that is. `None` if it does not stand; one that does so `for_a_moment` need not stay.
-    pub fn stood_after(&self, began: Instant, for_a_moment: bool) -> Option<f64> {
+    pub fn stood_after(&self, began: Instant, brakes: (f64, f64), for_a_moment: bool) -> Option<f64> {
         let mut state = self.state();
         let stands = |(when, twist): &(Instant, Twist)| *when >= began && twist.is_stop();
         if for_a_moment && let Some(first) = state.moved.iter().position(stands) {
@@ -147,7 +146,7 @@ impl Watched {
             }
             last.saturating_duration_since(began).as_secs_f64() - fastest / brakes
         };
-        Some(told(|twist| twist.linear, self.brakes.0).max(told(|twist| twist.angular, self.brakes.1)).max(0.0))
+        Some(told(|twist| twist.linear, brakes.0).max(told(|twist| twist.angular, brakes.1)).max(0.0))
     }
 }
 
