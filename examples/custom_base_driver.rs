@@ -94,7 +94,8 @@ impl BaseKind for Toy {
     const REAL_TIME: bool = false;
     type Config = ToyConfig;
 
-    /// A real driver opens its port here, and says with [`Site::problem`] why it can't.
+    /// Says with [`Site::problem`] what can't be in the configuration. A real driver only takes its port's name here, and opens it when it
+    /// is first polled: `orienteer check` opens nothing.
     fn open(config: ToyConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let platform = Platform {
             name: "toy".to_owned(),

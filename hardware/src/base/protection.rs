@@ -187,11 +187,11 @@ impl Protection {
         Self {
             sight: Sight::new(ring, max_age, config.period),
             obstacles: Vec::with_capacity(64),
+            told: Told::nothing(config.max_odometry_age + config.latency, config.period),
             platform,
             config,
             max_age,
             contact: Contact::None,
-            told: Told::nothing(),
             pace: 0.0,
         }
     }
