@@ -168,7 +168,7 @@ impl Minded {
     /// True if the minder ends by itself, as it does when its client goes: the device is stopped then.
     fn goes(&mut self) -> bool {
         let began = Instant::now();
-        while began.elapsed() < GOES {
+        while began.elapsed() < GOES && self.check().is_ok() {
             match self.minder.try_wait() {
                 Ok(None) => thread::sleep(LOOK),
                 ended => return matches!(ended, Ok(Some(status)) if status.success()),
@@ -199,7 +199,7 @@ impl Drop for Minded {
     /// Waits until the device has been stopped: by the minder, or by this process if the minder can't.
     fn drop(&mut self) {
         let _ = self.stream.shutdown(std::net::Shutdown::Both);
-        if self.check().is_err() || !self.goes() {
+        if !self.goes() {
             let _ = self.minder.kill();
             let _ = self.minder.wait();
             if let Ok(mut device) = connect(&self.order.address, self.order.baud) {
