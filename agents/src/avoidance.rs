@@ -130,8 +130,10 @@ impl Behaviour for Avoidance {
             }
             Move::Drive(twist) => out.base.drive(twist),
         }
-        if idle && self.evasion.is_active() {
-            out.say("steps aside");
+        if let Some(threat) = self.evasion.threat().filter(|_| idle && self.evasion.is_active()) {
+            let Threat { bearing, clearance, approach, .. } = threat;
+            let side = bearing.to_degrees();
+            out.say(format!("steps aside: {clearance:.2} m away at {side:.0} deg, something comes nearer at {approach:.2} m/s"));
         }
     }
 

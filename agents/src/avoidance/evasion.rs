@@ -21,6 +21,8 @@ pub struct Evasion {
     /// Heading to come back to, odometry frame.
     home: f64,
     calm_since: Option<Time>,
+    /// What it stepped aside for last.
+    threat: Option<Threat>,
     /// Since when the base has not moved although it was told to.
     stuck_since: Option<Time>,
 }
@@ -76,7 +78,7 @@ impl Evasion {
     /// At rest; `turns` if the base can turn on the spot.
     #[must_use]
     pub fn new(turns: bool) -> Self {
-        Self { stage: Stage::Idle, turns, steps: 0, count: 0, home: 0.0, calm_since: None, stuck_since: None }
+        Self { stage: Stage::Idle, turns, steps: 0, count: 0, home: 0.0, calm_since: None, threat: None, stuck_since: None }
     }
 
     /// True while it needs the base.
@@ -89,6 +91,12 @@ impl Evasion {
     #[must_use]
     pub fn count(&self) -> u32 {
         self.count
+    }
+
+    /// What it stepped aside for last.
+    #[must_use]
+    pub fn threat(&self) -> Option<Threat> {
+        self.threat
     }
 
     /// The direction of the step aside that it is about to take or takes, odometry frame, rad.
@@ -150,6 +158,7 @@ impl Evasion {
     /// Chooses the way out: open, across the comer's path rather than along it, and without much turning.
     fn choose(&mut self, config: &AvoidanceConfig, around: &Surroundings, odometry: &Odometry, threat: &Threat) -> Move {
         self.steps += 1;
+        self.threat = Some(*threat);
         let ways = (0..16).map(|k| f64::from(k) * FRAC_PI_8 - PI);
         let best = ways
             .filter(|way| self.turns || way.abs() < 0.01 || way.abs() > PI - 0.01)
