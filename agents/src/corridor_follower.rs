@@ -31,27 +31,8 @@ use serde::{Deserialize, Serialize};
 
 pub use corridor_filter::{Comparison, CorridorFilter};
 pub use follower::{Follower, Wish};
+pub use orienteer_runtime::topics::Side;
 pub use side_watch::SideWatch;
-
-/// A side of the corridor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// To the left of the robot's course.
-    Left,
-    /// To the right of it.
-    Right,
-}
-
-impl Side {
-    /// +1 for left, −1 for right: the sign of `y` on that side.
-    #[must_use]
-    pub fn sign(self) -> f64 {
-        match self {
-            Side::Left => 1.0,
-            Side::Right => -1.0,
-        }
-    }
-}
 
 /// Parameters of the corridor follower.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

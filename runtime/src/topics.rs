@@ -18,6 +18,8 @@
 //! | `pose` | [`PoseEstimate`] | where-am-i → everyone |
 //! | `corridor/order` | [`CorridorOrder`] | whoever plans → corridor follower |
 //! | `corridor/report` | [`CorridorReport`] | corridor follower → whoever plans |
+//! | `feature/request` | [`FeatureRequest`] | whoever names places → feature detector |
+//! | `feature/report` | [`FeatureReport`] | feature detector → whoever names places |
 //! | `base/line` | [`LineState`] | base at the end of a line → recording, whoever watches |
 //! | `hardware/state` | [`HardwareState`] | hardware in a process of its own → mission |
 //! | `hardware/pulse` | [`MissionPulse`] | mission → hardware in a process of its own |
@@ -28,6 +30,7 @@
 mod arbitration;
 mod base;
 mod corridor;
+mod feature;
 mod fixed_vec;
 mod hardware;
 mod pose;
@@ -42,6 +45,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 pub use arbitration::{ArbitrationRule, HeldBack};
 pub use base::{BaseClaim, BaseDecision, BaseNotice, Motion, MotionKind, MotionReport, MotionState, NoticeKind, Odometry, flags};
 pub use corridor::{CorridorOrder, CorridorReport, Opening};
+pub use feature::{FeatureKind, FeatureOutcome, FeatureReason, FeatureReport, FeatureRequest, FeatureSearch, Side};
 pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
 pub use hardware::{Fingerprint, HardwareState, LineState, MissionPulse};
 pub use pose::{PoseEstimate, Truth};

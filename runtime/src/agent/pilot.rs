@@ -56,6 +56,12 @@ pub enum Strategy {
 pub struct PoseHandle(Pose);
 
 impl PoseHandle {
+    /// A pose that somebody else has named, map frame.
+    #[must_use]
+    pub fn at(pose: Pose) -> Self {
+        Self(pose)
+    }
+
     /// The saved pose, map frame.
     #[must_use]
     pub fn pose(&self) -> Pose {

@@ -276,6 +276,8 @@ mod tests {
         assert_fits(BaseNotice::default());
         assert_fits(PoseEstimate::default());
         assert_fits(CorridorOrder::default());
+        assert_fits(FeatureReport::default());
+        assert_fits(FeatureRequest::default());
         assert_fits(CorridorReport::default());
         assert_fits(Truth::default());
     }
