@@ -10,6 +10,7 @@
 //! | [`corridor_follower`] | `corridor-follower` | keeps to the middle of a corridor up to its next opening |
 //! | [`patrol`] | `patrol` | sends the follower on from place to place |
 //! | [`wander`] | `wander` | straight on until it touches something, turns away, and on |
+//! | [`feature_detector`] | `feature-detector` | goes round walls, corners and wall ends to be sure of them |
 //! | [`mapper`] | `mapper` | draws a certainty grid |
 //!
 //! Shared, and free of any agent: [`certainty_grid`].
@@ -18,6 +19,7 @@
 pub mod avoidance;
 pub mod certainty_grid;
 pub mod corridor_follower;
+pub mod feature_detector;
 pub mod mapper;
 pub mod patrol;
 pub mod wander;
@@ -25,6 +27,7 @@ pub mod where_am_i;
 
 pub use avoidance::Avoidance;
 pub use corridor_follower::CorridorFollower;
+pub use feature_detector::FeatureDetector;
 pub use mapper::MapperAgent;
 pub use patrol::Patrol;
 pub use wander::Wander;
