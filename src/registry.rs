@@ -1,6 +1,6 @@
 //! The kinds that a mission may name.
 
-use orienteer_agents::{Avoidance, CorridorFollower, MapperAgent, Patrol, Wander, WhereAmI};
+use orienteer_agents::{Avoidance, CorridorFollower, FeatureDetector, MapperAgent, Patrol, Wander, WhereAmI};
 use orienteer_hardware::{
     base::presets,
     drivers::Drivers,
@@ -35,6 +35,7 @@ impl Registry {
             .add::<WhereAmI>()
             .add::<Avoidance>()
             .add::<CorridorFollower>()
+            .add::<FeatureDetector>()
             .add::<Patrol>()
             .add::<Wander>()
             .add::<MapperAgent>();

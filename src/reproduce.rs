@@ -10,6 +10,7 @@ mod arbitration;
 mod avoidance;
 mod config;
 mod corridor;
+mod detectors;
 mod determinism;
 mod echo;
 mod faults;
@@ -32,13 +33,14 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 9] = [
+pub const SUITES: [Suite; 10] = [
     arbitration::SUITE,
     echo::SUITE,
     corridor::SUITE,
     avoidance::SUITE,
     determinism::SUITE,
     faults::SUITE,
+    detectors::SUITE,
     config::SUITE,
     wire::SUITE,
     kill::SUITE,
