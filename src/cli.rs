@@ -4,11 +4,13 @@ mod check;
 mod emulate;
 mod hardware;
 mod list;
+mod log;
 mod map;
 mod progress;
 mod refusal;
 mod reproduce;
 mod run;
+mod stderr;
 mod style;
 mod summary;
 mod table;
@@ -22,7 +24,7 @@ use crate::{
     emulate::{Language, Start},
     hardware::line::mind_if_asked,
     reproduce::SUITES,
-    runtime::config::mission::MOST_THREADS,
+    runtime::{config::mission::MOST_THREADS, fleet::before_exit},
 };
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
 
@@ -302,7 +304,9 @@ pub(crate) struct ReproduceArguments {
 pub fn main(registry: &Registry) -> ExitCode {
     mind_if_asked();
     let Arguments { command, verbose, quiet } = Arguments::parse();
-    progress::start_logging(verbose, quiet);
+    let _settled = stderr::Settled;
+    log::start(verbose, quiet);
+    before_exit(stderr::settle_within);
     let json = command.answers_in_json();
     let outcome = match command {
         Command::Run(arguments) => run::run(&arguments, registry),

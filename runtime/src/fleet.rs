@@ -18,7 +18,7 @@ use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 pub use control::FleetControl;
 pub use leader::Leader;
 pub(crate) use pulse::{Died, Pulse};
-pub use signals::{Ear, Signals};
+pub use signals::{Ear, Signals, before_exit};
 
 use crate::{
     clock::{Epoch, Pace},

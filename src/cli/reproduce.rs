@@ -19,6 +19,7 @@ use serde::Serialize;
 use super::{
     Outcome, Refusal, ReproduceArguments,
     progress::{self, Bar},
+    stderr,
     style::{self, Paint},
     table::{Align, Table},
 };
@@ -163,8 +164,9 @@ impl Interruption {
         while self.parked.load(Ordering::Relaxed) < threads && since.elapsed() < Self::PATIENCE {
             thread::sleep(Duration::from_millis(20));
         }
-        progress::clear();
+        stderr::instruct(progress::clear);
         style::complain_of(&format!("stopped: {signal}"));
+        stderr::settle_within(Self::PATIENCE);
         std::process::exit(130);
     }
 
