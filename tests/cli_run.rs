@@ -39,6 +39,22 @@ fn who_runs_out_of_descriptors_learns_which_key_helps() {
     assert!(errors.contains("file descriptors") && errors.contains("mission.links"), "{errors}");
 }
 
+/// However few files may be open, from so few that nothing begins: it is told how many are needed, and nothing panics.
+#[test]
+fn a_limit_on_files_is_told_and_nothing_panics() {
+    let folder = tempfile::tempdir().unwrap();
+    for (limit, what) in
+        [6, 8, 10, 12, 16].map(|n| (n, "needs at least")).into_iter().chain([24, 32].map(|n| (n, "mission.links")))
+    {
+        let limited = format!("ulimit -n {limit}; exec {} run --for 1", env!("CARGO_BIN_EXE_orienteer"));
+        let ended = Command::new("sh").args(["-c", &limited]).current_dir(folder.path()).output().unwrap();
+        let errors = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(3), "{limit}: {errors}");
+        assert!(errors.contains("ulimit -n") && !errors.contains("panicked"), "{limit}: {errors}");
+        assert!(errors.contains(&format!("may have {limit}")) && errors.contains(what), "{limit}: {errors}");
+    }
+}
+
 /// A map that a run leaves behind is a world that the next run can use.
 #[test]
 fn a_map_is_a_world() {

@@ -74,6 +74,7 @@ impl From<RunError> for Refusal {
                 "name another file with `--record`, in a directory that exists, or run with `--no-record`".to_owned()
             }
             RunError::Record(_) => "look at the disk's free space, or run with `--no-record`".to_owned(),
+            RunError::Fleet(FleetError::Descriptors(ref error)) => error.hint(),
             RunError::Fleet(_) => "`-vv` shows more of what led to it".to_owned(),
         };
         let text = error.to_string();

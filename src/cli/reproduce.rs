@@ -12,7 +12,10 @@ use std::{
 
 use crate::{
     reproduce::{Effort, Row, SUITES, Suite},
-    runtime::fleet::{Ear, FleetControl, Signals},
+    runtime::{
+        descriptors::check_room_for,
+        fleet::{Ear, FleetControl, Signals},
+    },
 };
 use serde::Serialize;
 
@@ -33,6 +36,8 @@ struct Report {
 
 /// Runs experiments and compares their figures with their goals.
 pub fn reproduce(arguments: &ReproduceArguments) -> Result<Outcome, Refusal> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    check_room_for(threads + 2).map_err(|error| Refusal::failed(error.to_string(), error.hint()))?;
     let wanted = |suite: &&Suite| arguments.suite.as_deref().is_none_or(|name| name == suite.name);
     let interruption = Interruption::listen();
     let mut reports = Vec::new();

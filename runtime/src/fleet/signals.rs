@@ -17,7 +17,7 @@ use tokio::{
 };
 
 use super::FleetControl;
-use crate::recording;
+use crate::{descriptors, recording};
 
 /// Signals that follow one another faster than this are one wish to end: `timeout` and terminals that close send theirs twice.
 const ONE_WISH: Duration = Duration::from_secs(1);
@@ -111,6 +111,7 @@ fn controls() -> MutexGuard<'static, Vec<FleetControl>> {
 }
 
 fn listen_on_a_thread() -> io::Result<Runtime> {
+    descriptors::check_room_for(1).map_err(io::Error::other)?;
     let thread = Builder::new_multi_thread().worker_threads(1).thread_name("signals").enable_all().build()?;
     let signals = {
         let _inside = thread.enter();
