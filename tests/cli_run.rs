@@ -6,7 +6,10 @@ mod cli_support;
 use std::{fs, process::Command};
 
 use cli_support::{call, fits, repository};
-use orienteer::runtime::recording::{Ending, Reader};
+use orienteer::runtime::{
+    link::{Backend, Bus, BusOptions},
+    recording::{Ending, Reader},
+};
 use serde_json::Value;
 
 #[test]
@@ -157,13 +160,36 @@ fn what_cannot_be_written_is_told() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--out", "file/x"]);
-    assert!(code == 3 && errors.contains("--out"), "{code} {errors}");
+    assert!(code == 2 && errors.contains("--out"), "{code} {errors}");
     let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--record", "no/such/place.mcap"]);
-    assert!(code == 3 && errors.contains("no/such/place.mcap") && errors.contains("help"), "{code} {errors}");
+    assert!(code == 2 && errors.contains("no/such/place.mcap") && errors.contains("help"), "{code} {errors}");
     // A directory stands where the picture should go: the mission went well, but its picture is lost.
     fs::create_dir_all(folder.path().join("out/office-floor.png")).unwrap();
     let (code, out, errors) = call(folder.path(), &["run", "--for", "1"]);
     assert!(code == 3 && errors.contains("office-floor.png") && out.contains("ann"), "{code} {errors}");
+}
+
+/// Nothing was run, and another name is all that it takes.
+#[test]
+fn a_name_that_another_run_has_is_a_misuse() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = format!("taken-{}", std::process::id());
+    let mission = |hardware: &str| {
+        format!(
+            "[mission]\nclock = 'wall'\nrun = '{name}'\n[world]\nfile = '{}'\n[[robot]]\nname = 'ann'\n{hardware}\
+             start.place = 'west end'\nbase.driver = 'sim'\nsonar.driver = 'sim'\n",
+            repository().join("configs/worlds/hallway.toml").display()
+        )
+    };
+    fs::write(folder.path().join("a.toml"), mission("")).unwrap();
+    fs::write(folder.path().join("b.toml"), mission("hardware = 'elsewhere'\n")).unwrap();
+    let take = |run: String| Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() }).unwrap();
+    let _taken = (take(name.clone()), take(format!("{name}.ann")));
+    for arguments in [["run", "a.toml", "--for", "1"], ["hardware", "b.toml", "--for", "1"]] {
+        let (code, _, errors) = call(folder.path(), &arguments);
+        assert_eq!(code, 2, "{errors}");
+        assert!(errors.contains("is taken") && errors.contains("mission.run"), "{errors}");
+    }
 }
 
 /// A slip of the hand must not cost somebody the mission: its file, or one that it names, is no place for a recording.
