@@ -106,6 +106,8 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Lets others pause, step and stop the fleet.
     pub control: FleetControl,
+    /// Told once all is ready and before anything moves.
+    pub ready: Option<Box<dyn FnOnce()>>,
     /// Watches the fleet.
     pub observer: Option<Box<dyn WorldObserver>>,
 }
@@ -246,6 +248,9 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         epoch: composed.epoch,
         observer: watch(arena.clone(), trails.clone(), options.observer),
     };
+    if let Some(ready) = options.ready {
+        ready();
+    }
     let report = fleet::run(plan)?;
     drop(ear);
 

@@ -186,8 +186,8 @@ fn a_name_that_another_run_has_is_a_misuse() {
     let take = |run: String| Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() }).unwrap();
     let _taken = (take(name.clone()), take(format!("{name}.ann")));
     for arguments in [["run", "a.toml", "--for", "1"], ["hardware", "b.toml", "--for", "1"]] {
-        let (code, _, errors) = call(folder.path(), &arguments);
-        assert_eq!(code, 2, "{errors}");
+        let (code, out, errors) = call(folder.path(), &arguments);
+        assert_eq!((code, out.as_str()), (2, ""), "{errors}");
         assert!(errors.contains("is taken") && errors.contains("mission.run"), "{errors}");
     }
 }

@@ -166,6 +166,18 @@ fn signals_are_heard_while_nobody_reads() {
     drop(reader);
 }
 
+/// Not all that ends is a mission.
+#[test]
+fn an_emulator_that_is_told_to_end_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let running = Running::start(program(folder.path(), &["emulate", "arcos", "--port", "pty", "-v"]));
+    running.signal("-TERM");
+    let output = running.0.wait_with_output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(errors.contains("SIGTERM: ending") && !errors.contains("mission"), "{errors}");
+}
+
 /// Nobody reads until the mission is over; then all that it said comes, in order.
 #[test]
 fn a_mission_goes_on_while_nobody_reads_its_log() {

@@ -29,15 +29,15 @@ pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Ou
             ));
         }
     };
+    let title = format!("hardware of `{robot}`; Ctrl-C ends it\n");
     let options = RunOptions {
         duration: arguments.duration.map(Duration::from_secs_f64),
         record: Recording::Off,
-        hardware_of: Some(robot.clone()),
+        hardware_of: Some(robot),
+        // Where standard output leads nowhere, the end tells.
+        ready: Some(Box::new(move || _ = style::print(&title))),
         ..RunOptions::default()
     };
-    if loaded.mission.robots.iter().any(|other| other.name == robot) {
-        style::print(&format!("hardware of `{robot}`; Ctrl-C ends it\n"))?;
-    }
     let ended = mission::run(loaded, registry, options)?;
     let fact = |name| ended.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
     style::print(&format!(
