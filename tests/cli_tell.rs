@@ -168,3 +168,30 @@ fn blind_spots_are_remarked_on() {
     let (code, out, _) = call(folder.path(), &["check", "b.toml"]);
     assert!(code == 0 && out.contains("remark: dee: no beam of `luey-8-square`"), "{out}");
 }
+
+/// A mission with one robot that has this base, in a file of its own; and how `check` ends, and what it says.
+fn check_base(base: &str) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("[mission]\nclock = \"wall\"\n[[robot]]\nname = \"r\"\nbase = {base}\n");
+    fs::write(folder.path().join("a.toml"), text).unwrap();
+    call(folder.path(), &["check", "a.toml"])
+}
+
+/// The mark stands under the value that has to be changed.
+#[test]
+fn what_a_driver_refuses_is_shown_where_it_stands() {
+    for wrong in [r#""tcp://127.0.0.1""#, r#""tcp://localhost:99999""#, r#""""#, r#""udp://host:1""#, r#""ttyUSB0""#] {
+        for driver in ["arcos", "create"] {
+            let (code, _, errors) = check_base(&format!("{{ driver = \"{driver}\", port = {wrong} }}"));
+            let column = "base = ".len() + format!("{{ driver = \"{driver}\", port = ").len() + 1;
+            assert!(code == 2 && errors.contains(&format!("a.toml:5:{column}\n")), "{wrong}: {errors}");
+            assert!(errors.contains("is no port"), "{errors}");
+        }
+    }
+    let base = r#"{ driver = "arcos", port = "tcp://localhost:8101", baud = 9600 }"#;
+    let (code, _, errors) = check_base(base);
+    assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("9600").unwrap() + 1)), "{errors}");
+    let base = r#"{ driver = "create", port = "/dev/ttyUSB0", platform = "wheelchair" }"#;
+    let (code, _, errors) = check_base(base);
+    assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("\"wheelchair").unwrap() + 1)), "{errors}");
+}

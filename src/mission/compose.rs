@@ -282,6 +282,7 @@ impl<'a> RobotBuilder<'a> {
             period: self.period,
             streams: self.streams,
             span: config.base.span.clone(),
+            keys: config.base.section.clone(),
             start_span: config.start.as_ref().map(|start| start.span.clone()),
             sources,
             shared: None,

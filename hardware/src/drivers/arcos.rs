@@ -71,7 +71,11 @@ impl BaseKind for ArcosBaseKind {
         let units = match &config.model {
             None => None,
             Some(model) => Some(Units::of(model).ok_or_else(|| {
-                site.problem(format!("there is no model `{model}`"), "leave it out, and the base says itself what it is")
+                site.problem_at(
+                    "model",
+                    format!("there is no model `{model}`"),
+                    "leave it out, and the base says itself what it is",
+                )
             })?),
         };
         let platform = base.platform();

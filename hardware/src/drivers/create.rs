@@ -62,12 +62,18 @@ impl BaseKind for CreateBaseKind {
 
     fn open(config: CreateBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let address = site.line(&config.port, config.baud)?;
+        let custom = config.custom.is_some();
         let platform = site.base(&config.platform, config.custom)?.platform();
         let model = Model::of(&config.model).ok_or_else(|| {
-            site.problem(format!("there is no model `{}`", config.model), "`create2`, `create1` and `roomba` are known")
+            site.problem_at(
+                "model",
+                format!("there is no model `{}`", config.model),
+                "`create2`, `create1` and `roomba` are known",
+            )
         })?;
         if platform.turning_radius > 0.0 {
-            return Err(site.problem(
+            return Err(site.problem_at(
+                if custom { "custom" } else { "platform" },
                 format!("`{}` can't turn on the spot, as a Create does", platform.name),
                 "leave `platform` out, or describe a differential drive in `custom`",
             ));
