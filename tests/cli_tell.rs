@@ -195,3 +195,31 @@ fn what_a_driver_refuses_is_shown_where_it_stands() {
     let (code, _, errors) = check_base(base);
     assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("\"wheelchair").unwrap() + 1)), "{errors}");
 }
+
+/// Whoever drives one body with the size and the brakes of another should know, and may want to.
+#[test]
+fn a_platform_that_is_another_robots_is_remarked_on() {
+    let told = |base: &str, key: &str| {
+        let (code, out, errors) = check_base(base);
+        let place = format!("a.toml:5:{}: r: ", 8 + base.find(key).unwrap() + key.len());
+        assert_eq!((code, errors.as_str()), (0, ""));
+        let remark = out.split("\n\nremark: ").find(|part| part.starts_with(&place)).map(|text| text.replace("\n  ", " "));
+        remark.unwrap_or_default()
+    };
+    let base = r#"{ driver = "create", port = "/dev/ttyUSB0", platform = "p3dx" }"#;
+    assert!(told(base, "platform = ").contains("`p3dx` is not the body of a Create"), "{}", told(base, "platform = "));
+    let base = r#"{ driver = "arcos", platform = "create2", port = "/dev/ttyUSB0", model = "amigo" }"#;
+    assert!(told(base, "platform = ").contains("set `platform` to `amigobot`"), "{}", told(base, "platform = "));
+    // Without a platform it is a P3-DX.
+    let base = r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p3at" }"#;
+    assert!(told(base, "model = ").contains("describe it in `custom`"), "{}", told(base, "model = "));
+    for fitting in [
+        r#"{ driver = "create", port = "/dev/ttyUSB0", model = "roomba" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", platform = "amigobot" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p2dx" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p3at", custom = { radius = 0.34 } }"#,
+    ] {
+        let (code, out, _) = check_base(fitting);
+        assert!(code == 0 && !out.contains("is not the body"), "{fitting}: {out}");
+    }
+}

@@ -63,6 +63,8 @@ pub struct Site<'a> {
     pub shared: Option<Arc<dyn Any + Send + Sync>>,
     /// The lines that robots of this mission have, and which; see [`Site::line`].
     pub lines: &'a Lines,
+    /// What a person should know before anything moves, each at its place: see [`Site::remark`].
+    pub remarks: Vec<Problem>,
 }
 
 impl Site<'_> {
@@ -126,6 +128,25 @@ impl Site<'_> {
     #[must_use]
     pub fn problem_at(&self, key: &str, message: impl Into<String>, hint: impl Into<String>) -> Problems {
         Problem::new(self.sources, &self.place_of(key), message, hint).into()
+    }
+
+    /// Remembers something that is allowed, but that a person should know before anything moves, at the value of one of the driver's keys.
+    pub fn remark(&mut self, key: &str, message: impl Into<String>, hint: impl Into<String>) {
+        self.remarks.push(Problem::new(self.sources, &self.place_of(key), message, hint));
+    }
+
+    /// Remarks on a platform that is not the body of this robot, which is one of these.
+    fn expect_body(&mut self, platform: &str, of: &str, bodies: &[&str]) {
+        if bodies.contains(&platform) {
+            return;
+        }
+        let key = if self.keys.table().contains_key("platform") { "platform" } else { "model" };
+        let message = format!("`{platform}` is not the body of {of}: its size, its speed and how it brakes are another robot's");
+        let hint = match bodies {
+            [] => "describe it in `custom`".to_owned(),
+            bodies => format!("set `platform` to `{}`, or describe it in `custom`", bodies.join("` or `")),
+        };
+        self.remark(key, message, hint);
     }
 
     fn place_of(&self, key: &str) -> Span {

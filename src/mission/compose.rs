@@ -239,7 +239,10 @@ impl<'a> RobotBuilder<'a> {
     }
 
     fn open(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<Opened, RunError> {
-        let (base, sonar) = self.open_devices(config, sources)?;
+        let (base, sonar, noted_by_drivers) = self.open_devices(config, sources)?;
+        for remark in &noted_by_drivers {
+            Remark::note(noted, &config.name, remark.location(), format!("{}; {}", remark.message(), remark.hint()));
+        }
         let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
         let ring = sonar.ring().clone();
         if let Some(flaw) = remarks::flaw(&base, &ring) {
@@ -247,7 +250,7 @@ impl<'a> RobotBuilder<'a> {
             return Err(Problems::from(Problem::new(sources, &config.span, flaw, hint)).into());
         }
         if let Some(text) = remarks::of_sight(&base, &ring, self.period) {
-            Remark::note(noted, &config.name, text);
+            Remark::note(noted, &config.name, None, text);
         }
         let context = self.context(config, &base, &ring);
         Ok(Opened { base, sonar, ring, context })
@@ -273,7 +276,7 @@ impl<'a> RobotBuilder<'a> {
         &self,
         config: &RobotConfig,
         sources: &mut Sources,
-    ) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>), Problems> {
+    ) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>, Vec<Problem>), Problems> {
         let start = self.start(config, sources)?;
         let mut site = Site {
             robot: &config.name,
@@ -287,6 +290,7 @@ impl<'a> RobotBuilder<'a> {
             sources,
             shared: None,
             lines: self.lines,
+            remarks: Vec::new(),
         };
         let drivers = self.registry.drivers();
         let unknown =
@@ -296,14 +300,14 @@ impl<'a> RobotBuilder<'a> {
             Some(kind) => kind.open(&config.base.section, &mut site)?,
             None => return Err(unknown(&site, &config.base.name)),
         };
-        let Some(sonar) = &config.sonar else { return Ok((base, None)) };
+        let Some(sonar) = &config.sonar else { return Ok((base, None, site.remarks)) };
         site.span = sonar.span.clone();
         let sonar = match drivers.sonar(&sonar.name) {
             Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
             Some(kind) => kind.open(&sonar.section, &mut site)?,
             None => return Err(unknown(&site, &sonar.name)),
         };
-        Ok((base, Some(sonar)))
+        Ok((base, Some(sonar), site.remarks))
     }
 
     fn start(&self, config: &RobotConfig, sources: &Sources) -> Result<Option<Pose>, Problems> {

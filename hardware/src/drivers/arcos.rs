@@ -49,6 +49,18 @@ fn usual_platform() -> String {
     "p3dx".to_owned()
 }
 
+/// Whose body it is, and the platforms that have it: of this model, or of any that speaks ARCOS.
+fn bodies(model: Option<&str>) -> (String, &'static [&'static str]) {
+    let of = |model| format!("the model `{model}`");
+    match model {
+        None => ("a base that speaks ARCOS".to_owned(), &["p3dx", "amigobot"]),
+        Some(model) if model.starts_with("amigo") => (of(model), &["amigobot"]),
+        // Four wheels, and larger.
+        Some(model) if model.contains("at") => (of(model), &[]),
+        Some(model) => (of(model), &["p3dx"]),
+    }
+}
+
 /// The least way and turn that can be asked for at the end of a motion, m and rad: velocities are whole mm/s and °/s.
 const STEPS: (f64, f64) = (0.0005, 0.0026);
 /// A base says where it is ten times a second, and has been told in between, s.
@@ -67,6 +79,7 @@ impl BaseKind for ArcosBaseKind {
 
     fn open(config: ArcosBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let address = site.line(&config.port, config.baud)?;
+        let custom = config.custom.is_some();
         let base = site.base(&config.platform, config.custom)?;
         let units = match &config.model {
             None => None,
@@ -78,6 +91,10 @@ impl BaseKind for ArcosBaseKind {
                 )
             })?),
         };
+        if !custom {
+            let (of, bodies) = bodies(units.map(|units| units.model));
+            site.expect_body(&config.platform, &of, bodies);
+        }
         let platform = base.platform();
         let profile = Profile {
             units,

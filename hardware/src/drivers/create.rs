@@ -78,6 +78,9 @@ impl BaseKind for CreateBaseKind {
                 "leave `platform` out, or describe a differential drive in `custom`",
             ));
         }
+        if !custom {
+            site.expect_body(&config.platform, "a Create or Roomba", &["create2"]);
+        }
         let (way, turn) = model.steps();
         let client = Client::new(address, config.baud, Profile::new(model, &platform));
         Ok(OpenBase {
