@@ -223,3 +223,15 @@ fn a_platform_that_is_another_robots_is_remarked_on() {
         assert!(code == 0 && !out.contains("is not the body"), "{fitting}: {out}");
     }
 }
+
+/// A key that belongs deeper is shown the way there.
+#[test]
+fn the_way_to_a_key_below_a_driver_can_be_gone() {
+    let port = r#"driver = "arcos", port = "/dev/ttyUSB0""#;
+    let (code, _, errors) = check_base(&format!("{{ {port}, speed = 0.7 }}"));
+    assert!(code == 2 && errors.contains("write `custom.speed`") && errors.contains("instead of a platform"), "{errors}");
+    let (code, out, errors) = check_base(&format!("{{ {port}, custom.speed = 0.7 }}"));
+    assert!(code == 0 && out.contains("custom (arcos)"), "{out}{errors}");
+    let (code, _, errors) = check_base(&format!("{{ {port}, sonar_required = false }}"));
+    assert!(code == 2 && errors.contains("write `protection.sonar_required`"), "{errors}");
+}

@@ -29,7 +29,7 @@ pub struct ArcosBaseConfig {
     #[serde(default = "usual_platform")]
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
-    /// A base of your own, instead of a platform with a name.
+    /// A base of your own, instead of a platform with a name; what it leaves out is as for `b12-huey`.
     #[serde(default)]
     #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,

@@ -25,7 +25,7 @@ pub struct CreateBaseConfig {
     #[serde(default = "usual_name")]
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
-    /// A base of your own, instead of a platform with a name.
+    /// A base of your own, instead of a platform with a name; what it leaves out is as for `b12-huey`.
     #[serde(default)]
     #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,
