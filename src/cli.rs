@@ -63,6 +63,9 @@ Exit codes:
 /// Missions may not last longer, s: a month, as in configurations.
 const LONGEST: f64 = 2_678_400.0;
 
+/// A row of `reproduce` has no more seeds.
+const MOST_SEEDS: u64 = 1_000_000_000;
+
 /// What a command comes to. See [`EXIT_CODES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -134,16 +137,16 @@ pub(crate) struct RunArguments {
     /// The mission; without it, the built-in office floor
     pub config: Option<PathBuf>,
     /// Times real time, if not as fast as it can
-    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, value_name = "FACTOR", value_parser = factor, allow_negative_numbers = true)]
     pub speed: Option<f64>,
     /// End after this many simulated seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Use this seed instead of the configuration's
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Write the recording to this file
     #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
@@ -168,7 +171,7 @@ pub(crate) struct HardwareArguments {
     #[arg(long)]
     pub robot: Option<String>,
     /// End after this many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
 }
 
@@ -210,7 +213,7 @@ pub(crate) struct WhyArguments {
     #[arg(long)]
     pub robot: Option<String>,
     /// Seconds since the start of the mission
-    #[arg(long, value_name = "SECONDS", value_parser = instant)]
+    #[arg(long, value_name = "SECONDS", value_parser = instant, allow_negative_numbers = true)]
     pub at: f64,
     /// Print as JSON
     #[arg(long)]
@@ -223,7 +226,7 @@ pub(crate) struct VerifyArguments {
     /// The recording
     pub recording: PathBuf,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 }
 
@@ -262,13 +265,13 @@ pub(crate) struct EmulateArguments {
     #[arg(long, value_name = "WHERE", value_parser = emulate::start, allow_hyphen_values = true)]
     pub start: Option<Start>,
     /// Seed of noise and people
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value = "1", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// End after this many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Print how it stands as a line of JSON this often
-    #[arg(long, value_name = "SECONDS", value_parser = duration, num_args = 0..=1, default_missing_value = "1")]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, num_args = 0..=1, default_missing_value = "1", allow_negative_numbers = true)]
     pub json: Option<f64>,
 }
 
@@ -279,7 +282,7 @@ pub(crate) struct ReproduceArguments {
     #[arg(hide_possible_values = true, value_parser = PossibleValuesParser::new(SUITES.iter().map(|suite| suite.name)))]
     pub suite: Option<String>,
     /// Number of seeds per row
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    #[arg(long, value_name = "N", value_parser = seeds, allow_negative_numbers = true)]
     pub seeds: Option<u64>,
     /// A tenth of the seeds: a quick look, not a proof
     #[arg(long)]
@@ -332,7 +335,16 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 fn instant(text: &str) -> Result<f64, String> {
-    within(text, 0.0, LONGEST, "a number of seconds is needed, counted from the start of the mission")
+    within(text, 0.0, LONGEST, "a number of seconds since the start of the mission is needed, from 0 to 2678400 (a month)")
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("a whole number is needed, from 0 to {}", u64::MAX))
+}
+
+fn seeds(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|number| (1..=MOST_SEEDS).contains(number));
+    number.ok_or_else(|| format!("a whole number is needed, from 1 to {MOST_SEEDS}"))
 }
 
 fn within(text: &str, least: f64, most: f64, hint: &str) -> Result<f64, String> {
@@ -360,5 +372,11 @@ mod tests {
             assert!(duration(absurd).is_err() && factor(absurd).is_err(), "{absurd}");
         }
         assert_eq!(instant("0"), Ok(0.0));
+        assert_eq!((seed("0"), seed("18446744073709551615")), (Ok(0), Ok(u64::MAX)));
+        assert_eq!((seeds("1"), seeds("1000000000")), (Ok(1), Ok(MOST_SEEDS)));
+        for absurd in ["", "x", "-1", "1.5", "1e3", "18446744073709551616"] {
+            assert!(seed(absurd).is_err() && seeds(absurd).is_err(), "{absurd}");
+        }
+        assert!(seeds("0").is_err());
     }
 }

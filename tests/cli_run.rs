@@ -155,6 +155,27 @@ fn absurd_options_are_refused() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "something was written");
 }
 
+/// Nobody who gives a negative number wants it for something else.
+#[test]
+fn a_negative_number_is_told_what_it_may_be() {
+    for arguments in [
+        &["run", "--for", "-3"][..],
+        &["run", "--speed", "-3"],
+        &["run", "--seed", "-3"],
+        &["run", "--threads", "-3"],
+        &["hardware", "a.toml", "--for", "-3"],
+        &["why", "a.mcap", "--at", "-3"],
+        &["verify", "a.mcap", "--threads", "-3"],
+        &["emulate", "create", "--json", "-3"],
+        &["emulate", "create", "--seed", "-3"],
+        &["reproduce", "--seeds", "-3"],
+    ] {
+        let (code, _, errors) = call(repository(), arguments);
+        assert!(code == 2 && errors.contains("invalid value '-3'") && !errors.contains("tip"), "{arguments:?}: {errors}");
+        assert!(errors.contains("from") || errors.contains("1..=256"), "{arguments:?}: {errors}");
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_told() {
     let folder = tempfile::tempdir().unwrap();
