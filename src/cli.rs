@@ -60,6 +60,11 @@ Exit codes:
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; `run` has stopped all bases,
        closed the recording and printed the summary";
 
+const EMULATORS: &str = "\
+Without --port:
+  arcos   tcp://127.0.0.1:8101, where `configs/pioneer.toml` looks for it
+  create  tcp://127.0.0.1:8102, where `configs/create.toml` does";
+
 /// Missions may not last longer, s: a month, as in configurations.
 const LONGEST: f64 = 2_678_400.0;
 
@@ -245,23 +250,24 @@ pub(crate) struct MapArguments {
 
 /// What `emulate` takes.
 #[derive(Debug, Args)]
+#[command(after_help = EMULATORS)]
 pub(crate) struct EmulateArguments {
     /// What it speaks: arcos (Pioneer, AmigoBot) or create (Roomba, too)
     #[arg(hide_possible_values = true, value_parser = emulate::language)]
     pub language: Language,
-    /// The world's file; without it, the built-in office floor
+    /// The world's file, if not the built-in office floor
     #[arg(long, value_name = "FILE")]
     pub world: Option<PathBuf>,
-    /// Where clients find it: tcp://HOST:PORT, pty, or pty:/PATH
-    #[arg(long, default_value = "tcp://127.0.0.1:8101")]
-    pub port: String,
+    /// Where it is found: tcp://HOST:PORT, pty or pty:/PATH
+    #[arg(long)]
+    pub port: Option<String>,
     /// arcos: p3dx (the default) or amigobot; create: create2
     #[arg(long)]
     pub robot: Option<String>,
     /// arcos: p3dx-sh, p2dx, amigo ...; or create2, create1
     #[arg(long)]
     pub model: Option<String>,
-    /// A place of the world, or metres and degrees: 2.5,1.0,90
+    /// A place of the world, or metres and degrees: 2,1.5,90
     #[arg(long, value_name = "WHERE", value_parser = emulate::start, allow_hyphen_values = true)]
     pub start: Option<Start>,
     /// Seed of noise and people
@@ -271,7 +277,8 @@ pub(crate) struct EmulateArguments {
     #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Print how it stands as a line of JSON this often
-    #[arg(long, value_name = "SECONDS", value_parser = duration, num_args = 0..=1, default_missing_value = "1", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
+    #[arg(num_args = 0..=1, default_missing_value = "1")]
     pub json: Option<f64>,
 }
 

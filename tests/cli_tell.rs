@@ -11,6 +11,7 @@ use std::{
 };
 
 use cli_support::{call, orienteer, repository};
+use orienteer::emulate::Language;
 use serde_json::Value;
 
 #[test]
@@ -102,7 +103,7 @@ fn a_reader_may_stop_reading() {
 
 #[test]
 fn help_fits_and_tells_the_exit_codes() {
-    for command in ["", "run", "check", "list", "why", "verify", "map", "reproduce"] {
+    for command in ["", "run", "hardware", "check", "schema", "list", "why", "verify", "map", "emulate", "reproduce"] {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
         let (code, out, _) = call(repository(), &arguments);
         assert_eq!(code, 0);
@@ -234,4 +235,18 @@ fn the_way_to_a_key_below_a_driver_can_be_gone() {
     assert!(code == 0 && out.contains("custom (arcos)"), "{out}{errors}");
     let (code, _, errors) = check_base(&format!("{{ {port}, sonar_required = false }}"));
     assert!(code == 2 && errors.contains("write `protection.sonar_required`"), "{errors}");
+}
+
+/// Who follows the README finds the emulator where the configuration looks for it, of either family, and both at once.
+#[test]
+fn an_emulator_is_where_its_configuration_looks_for_it() {
+    let configured = |file: &str| {
+        let text = fs::read_to_string(repository().join(file)).unwrap();
+        text.split('"').find(|word| word.starts_with("tcp://")).unwrap().to_owned()
+    };
+    assert_eq!(configured("configs/pioneer.toml"), Language::Arcos.usual_port());
+    assert_eq!(configured("configs/create.toml"), Language::Create.usual_port());
+    assert_ne!(Language::Arcos.usual_port(), Language::Create.usual_port());
+    let (_, out, _) = call(repository(), &["emulate", "--help"]);
+    assert!([Language::Arcos, Language::Create].iter().all(|language| out.contains(language.usual_port())), "{out}");
 }

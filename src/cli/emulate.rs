@@ -34,8 +34,8 @@ pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
         seed: arguments.seed,
     };
     let mut rig = emulate::build(&options)?;
-    let mut port =
-        Port::open(&arguments.port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
+    let port = arguments.port.as_deref().unwrap_or(arguments.language.usual_port());
+    let mut port = Port::open(port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
     let mut teller = Teller { to: arguments.json, status: String::new(), collisions: 0, told: Time::START };
     teller.say(&format!("{} at {}", options.robot, port.name()))?;
     let (control, mut failed) = (FleetControl::default(), None);
