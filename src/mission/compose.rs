@@ -214,7 +214,7 @@ impl<'a> RobotBuilder<'a> {
             run: elsewhere::run(self.settings, config, sources)?,
             robot: config.name.clone(),
             epoch: self.epoch.clone(),
-            fingerprint: self.fingerprint(&opened),
+            fingerprint: self.fingerprint(config, &opened),
             has_line: self.has_line(config),
         };
         let Opened { ring, context, .. } = opened;
@@ -226,16 +226,16 @@ impl<'a> RobotBuilder<'a> {
     /// Base and sonar, for a mission in another process.
     fn hardware(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
         let opened = self.open(config, sources, noted)?;
-        let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(&opened));
+        let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(config, &opened));
         let Opened { base, sonar, ring, context } = opened;
         let nodes = vec![self.base_node(config, &context, base, &ring), self.sonar_node(&context, sonar), presence];
         let plan = self.plan(config, &ring, nodes)?;
         Ok(RobotPlan { answered_within: Some(self.period / 2), ..plan })
     }
 
-    fn fingerprint(&self, opened: &Opened) -> Fingerprint {
+    fn fingerprint(&self, config: &RobotConfig, opened: &Opened) -> Fingerprint {
         let Opened { base: OpenBase { driver, motion, protection, .. }, ring, .. } = opened;
-        fingerprint(driver.platform(), ring, motion, protection, self.period)
+        fingerprint(&config.base.name, driver.platform(), ring, motion, protection, self.period)
     }
 
     fn open(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<Opened, RunError> {
