@@ -123,6 +123,11 @@ enum Command {
 }
 
 impl Command {
+    /// How much is logged unless somebody wants more. Nothing but its log tells how hardware fares.
+    fn usual_verbosity(&self) -> u8 {
+        u8::from(matches!(self, Command::Hardware(_)))
+    }
+
     fn answers_in_json(&self) -> bool {
         match self {
             Command::Run(arguments) => arguments.json,
@@ -315,7 +320,7 @@ pub fn main(registry: &Registry) -> ExitCode {
     mind_if_asked();
     let Arguments { command, verbose, quiet } = Arguments::parse();
     let _settled = stderr::Settled;
-    log::start(verbose, quiet);
+    log::start(verbose.max(command.usual_verbosity()), quiet);
     before_exit(stderr::settle_within);
     let json = command.answers_in_json();
     let outcome = match command {

@@ -7,26 +7,33 @@ use std::{
     thread,
 };
 
-use tracing::Level;
+use tracing_subscriber::{
+    filter::{LevelFilter, Targets},
+    layer::SubscriberExt,
+};
 
 use super::{stderr, style::Paint};
+use crate::runtime::host::RELIEF;
 
-/// Sends log lines, and what panics say, to standard error. Robots' lines carry the mission's time; the wall clock's would only differ from
-/// run to run.
+/// Sends log lines, and what panics say, to standard error. Robots' lines carry the mission's time; the wall clock's would only differ
+/// from run to run.
 pub fn start(verbose: u8, quiet: bool) {
     let level = match (quiet, verbose) {
-        (true, _) => Level::ERROR,
-        (false, 0) => Level::WARN,
-        (false, 1) => Level::INFO,
-        (false, _) => Level::DEBUG,
+        (true, _) => LevelFilter::ERROR,
+        (false, 0) => LevelFilter::WARN,
+        (false, 1) => LevelFilter::INFO,
+        (false, _) => LevelFilter::DEBUG,
     };
+    // Who sees that something has failed sees that it works again.
+    let relief = if quiet { level } else { level.max(LevelFilter::INFO) };
     let subscriber = tracing_subscriber::fmt()
-        .with_max_level(level)
+        .with_max_level(LevelFilter::TRACE)
         .with_target(false)
         .without_time()
         .with_ansi(Paint::stderr().is_coloured())
         .with_writer(|| Lines)
-        .finish();
+        .finish()
+        .with(Targets::new().with_default(level).with_target(RELIEF, relief));
     // Fails only if there is one already.
     let _ = tracing::subscriber::set_global_default(subscriber);
     std::panic::set_hook(Box::new(|panic| stderr::write(last_words(panic).as_bytes())));
