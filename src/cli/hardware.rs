@@ -41,11 +41,12 @@ pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Ou
     let ended = mission::run(loaded, registry, options)?;
     let fact = |name| ended.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
     style::print(&format!(
-        "{}, driving for {:.1} s; {:.0} words from missions, {:.0} of them within the step that they answer\n",
+        "{}, driving for {:.1} s; {:.0} commands from missions, {:.0} of them in time for their step, {:.0} later\n",
         ended.time,
         fact("driving_s"),
         fact("pulses_heard"),
-        fact("answered")
+        fact("answered"),
+        fact("pulses_heard") - fact("answered")
     ))?;
     Ok(conclude(&ended))
 }
