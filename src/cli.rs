@@ -4,11 +4,13 @@ mod check;
 mod emulate;
 mod hardware;
 mod list;
+mod log;
 mod map;
 mod progress;
 mod refusal;
 mod reproduce;
 mod run;
+mod stderr;
 mod style;
 mod summary;
 mod table;
@@ -22,7 +24,7 @@ use crate::{
     emulate::{Language, Start},
     hardware::line::mind_if_asked,
     reproduce::SUITES,
-    runtime::config::mission::MOST_THREADS,
+    runtime::{config::mission::MOST_THREADS, fleet::before_exit},
 };
 use clap::{Args, Parser, Subcommand, builder::PossibleValuesParser};
 
@@ -58,8 +60,16 @@ Exit codes:
   130  stopped by Ctrl-C, SIGTERM or SIGHUP; `run` has stopped all bases,
        closed the recording and printed the summary";
 
+const EMULATORS: &str = "\
+Without --port:
+  arcos   tcp://127.0.0.1:8101, where `configs/pioneer.toml` looks for it
+  create  tcp://127.0.0.1:8102, where `configs/create.toml` does";
+
 /// Missions may not last longer, s: a month, as in configurations.
 const LONGEST: f64 = 2_678_400.0;
+
+/// A row of `reproduce` has no more seeds.
+const MOST_SEEDS: u64 = 1_000_000_000;
 
 /// What a command comes to. See [`EXIT_CODES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,6 +123,11 @@ enum Command {
 }
 
 impl Command {
+    /// How much is logged unless somebody wants more. Nothing but its log tells how hardware fares.
+    fn usual_verbosity(&self) -> u8 {
+        u8::from(matches!(self, Command::Hardware(_)))
+    }
+
     fn answers_in_json(&self) -> bool {
         match self {
             Command::Run(arguments) => arguments.json,
@@ -132,16 +147,16 @@ pub(crate) struct RunArguments {
     /// The mission; without it, the built-in office floor
     pub config: Option<PathBuf>,
     /// Times real time, if not as fast as it can
-    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    #[arg(long, value_name = "FACTOR", value_parser = factor, allow_negative_numbers = true)]
     pub speed: Option<f64>,
     /// End after this many simulated seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Use this seed instead of the configuration's
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Write the recording to this file
     #[arg(long, value_name = "FILE", conflicts_with = "no_record")]
@@ -166,7 +181,7 @@ pub(crate) struct HardwareArguments {
     #[arg(long)]
     pub robot: Option<String>,
     /// End after this many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
 }
 
@@ -208,7 +223,7 @@ pub(crate) struct WhyArguments {
     #[arg(long)]
     pub robot: Option<String>,
     /// Seconds since the start of the mission
-    #[arg(long, value_name = "SECONDS", value_parser = instant)]
+    #[arg(long, value_name = "SECONDS", value_parser = instant, allow_negative_numbers = true)]
     pub at: f64,
     /// Print as JSON
     #[arg(long)]
@@ -221,7 +236,7 @@ pub(crate) struct VerifyArguments {
     /// The recording
     pub recording: PathBuf,
     /// Spread the robots over this many threads
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 }
 
@@ -240,33 +255,35 @@ pub(crate) struct MapArguments {
 
 /// What `emulate` takes.
 #[derive(Debug, Args)]
+#[command(after_help = EMULATORS)]
 pub(crate) struct EmulateArguments {
     /// What it speaks: arcos (Pioneer, AmigoBot) or create (Roomba, too)
     #[arg(hide_possible_values = true, value_parser = emulate::language)]
     pub language: Language,
-    /// The world's file; without it, the built-in office floor
+    /// The world's file, if not the built-in office floor
     #[arg(long, value_name = "FILE")]
     pub world: Option<PathBuf>,
-    /// Where clients find it: tcp://HOST:PORT, pty, or pty:/PATH
-    #[arg(long, default_value = "tcp://127.0.0.1:8101")]
-    pub port: String,
+    /// Where it is found: tcp://HOST:PORT, pty or pty:/PATH
+    #[arg(long)]
+    pub port: Option<String>,
     /// arcos: p3dx (the default) or amigobot; create: create2
     #[arg(long)]
     pub robot: Option<String>,
     /// arcos: p3dx-sh, p2dx, amigo ...; or create2, create1
     #[arg(long)]
     pub model: Option<String>,
-    /// A place of the world, or metres and degrees: 2.5,1.0,90
+    /// A place of the world, or metres and degrees: 2,1.5,90
     #[arg(long, value_name = "WHERE", value_parser = emulate::start, allow_hyphen_values = true)]
     pub start: Option<Start>,
     /// Seed of noise and people
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value = "1", value_parser = seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// End after this many seconds
-    #[arg(long = "for", value_name = "SECONDS", value_parser = duration)]
+    #[arg(long = "for", value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Print how it stands as a line of JSON this often
-    #[arg(long, value_name = "SECONDS", value_parser = duration, num_args = 0..=1, default_missing_value = "1")]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_negative_numbers = true)]
+    #[arg(num_args = 0..=1, default_missing_value = "1")]
     pub json: Option<f64>,
 }
 
@@ -277,7 +294,7 @@ pub(crate) struct ReproduceArguments {
     #[arg(hide_possible_values = true, value_parser = PossibleValuesParser::new(SUITES.iter().map(|suite| suite.name)))]
     pub suite: Option<String>,
     /// Number of seeds per row
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    #[arg(long, value_name = "N", value_parser = seeds, allow_negative_numbers = true)]
     pub seeds: Option<u64>,
     /// A tenth of the seeds: a quick look, not a proof
     #[arg(long)]
@@ -302,7 +319,9 @@ pub(crate) struct ReproduceArguments {
 pub fn main(registry: &Registry) -> ExitCode {
     mind_if_asked();
     let Arguments { command, verbose, quiet } = Arguments::parse();
-    progress::start_logging(verbose, quiet);
+    let _settled = stderr::Settled;
+    log::start(verbose.max(command.usual_verbosity()), quiet);
+    before_exit(stderr::settle_within);
     let json = command.answers_in_json();
     let outcome = match command {
         Command::Run(arguments) => run::run(&arguments, registry),
@@ -328,7 +347,16 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 fn instant(text: &str) -> Result<f64, String> {
-    within(text, 0.0, LONGEST, "a number of seconds is needed, counted from the start of the mission")
+    within(text, 0.0, LONGEST, "a number of seconds since the start of the mission is needed, from 0 to 2678400 (a month)")
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("a whole number is needed, from 0 to {}", u64::MAX))
+}
+
+fn seeds(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|number| (1..=MOST_SEEDS).contains(number));
+    number.ok_or_else(|| format!("a whole number is needed, from 1 to {MOST_SEEDS}"))
 }
 
 fn within(text: &str, least: f64, most: f64, hint: &str) -> Result<f64, String> {
@@ -356,5 +384,11 @@ mod tests {
             assert!(duration(absurd).is_err() && factor(absurd).is_err(), "{absurd}");
         }
         assert_eq!(instant("0"), Ok(0.0));
+        assert_eq!((seed("0"), seed("18446744073709551615")), (Ok(0), Ok(u64::MAX)));
+        assert_eq!((seeds("1"), seeds("1000000000")), (Ok(1), Ok(MOST_SEEDS)));
+        for absurd in ["", "x", "-1", "1.5", "1e3", "18446744073709551616"] {
+            assert!(seed(absurd).is_err() && seeds(absurd).is_err(), "{absurd}");
+        }
+        assert!(seeds("0").is_err());
     }
 }

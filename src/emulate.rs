@@ -78,6 +78,17 @@ pub enum Language {
     Create,
 }
 
+impl Language {
+    /// Where its robots are found unless somebody wants them elsewhere. Each language has a port of its own: two emulators run side by side.
+    #[must_use]
+    pub fn usual_port(self) -> &'static str {
+        match self {
+            Self::Arcos => "tcp://127.0.0.1:8101",
+            Self::Create => "tcp://127.0.0.1:8102",
+        }
+    }
+}
+
 /// The robots that can be emulated; of each language the usual one first.
 pub const ROBOTS: [Robot; 3] = [
     Robot { name: "p3dx", language: Language::Arcos, ring: Some("p3dx-16"), model: "p3dx-sh" },

@@ -25,6 +25,7 @@ use orienteer_hardware::sim::Arena;
 use orienteer_runtime::{
     clock::Pace,
     config::{Mission, Problems, SourceId, Sources, mission::ClockKind},
+    descriptors,
     fleet::{self, Ear, Ended, FleetControl, FleetError, Observer},
     recording::{self, ChunkLimits, RecordError, Recorder, RecordingSummary, Sink},
     robot::RobotReport,
@@ -105,6 +106,8 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Lets others pause, step and stop the fleet.
     pub control: FleetControl,
+    /// Told once all is ready and before anything moves.
+    pub ready: Option<Box<dyn FnOnce()>>,
     /// Watches the fleet.
     pub observer: Option<Box<dyn WorldObserver>>,
 }
@@ -205,6 +208,9 @@ pub enum RunError {
 /// # Errors
 /// If it can't be begun; then nothing has moved. What goes wrong later is in the [`Outcome`].
 pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Result<Outcome, RunError> {
+    let threads = threads(&loaded.mission, &options);
+    // One more listens for signals.
+    descriptors::check_room_for(threads + 1).map_err(FleetError::from)?;
     // Who stops the program while links are being made leaves none behind.
     let ear = Ear::open(options.control.clone());
     let pace = options.pace.unwrap_or(pace(&loaded.mission.settings));
@@ -225,8 +231,6 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
     let planned = Duration::from_secs_f64(settings.duration);
     let duration = options.duration.or_else(|| options.hardware_of.is_none().then_some(planned));
     let recorder = start_recording(&composed, &options, seed, duration.unwrap_or(planned))?;
-    let threads = options.threads.or(settings.threads.map(usize::from));
-    let threads = threads.unwrap_or_else(|| usual_threads(composed.robots.len()));
     let arena = composed.arena.clone();
     // Without a directory nobody will ever see a trail.
     let trailed = arena.clone().filter(|_| options.out.is_some());
@@ -244,6 +248,9 @@ pub fn run(mut loaded: Loaded, registry: &Registry, options: RunOptions) -> Resu
         epoch: composed.epoch,
         observer: watch(arena.clone(), trails.clone(), options.observer),
     };
+    if let Some(ready) = options.ready {
+        ready();
+    }
     let report = fleet::run(plan)?;
     drop(ear);
 
@@ -282,6 +289,12 @@ fn pace(settings: &orienteer_runtime::config::mission::MissionKeys) -> Pace {
         (ClockKind::Lockstep, Some(factor)) => Pace::Factor(factor),
         (ClockKind::Lockstep, None) => Pace::AsFastAsPossible,
     }
+}
+
+fn threads(mission: &Mission, options: &RunOptions) -> usize {
+    let robots = if options.hardware_of.is_some() { 1 } else { mission.robots.len() };
+    let threads = options.threads.or(mission.settings.threads.map(usize::from));
+    threads.unwrap_or_else(|| usual_threads(robots)).clamp(1, robots.max(1))
 }
 
 /// A second thread pays off only if each has several robots to step between two barriers, which cost two wake-ups each.

@@ -6,7 +6,10 @@ mod cli_support;
 use std::{fs, process::Command};
 
 use cli_support::{call, fits, repository};
-use orienteer::runtime::recording::{Ending, Reader};
+use orienteer::runtime::{
+    link::{Backend, Bus, BusOptions},
+    recording::{Ending, Reader},
+};
 use serde_json::Value;
 
 #[test]
@@ -37,6 +40,22 @@ fn who_runs_out_of_descriptors_learns_which_key_helps() {
     let errors = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(ended.status.code(), Some(3), "{errors}");
     assert!(errors.contains("file descriptors") && errors.contains("mission.links"), "{errors}");
+}
+
+/// However few files may be open, from so few that nothing begins: it is told how many are needed, and nothing panics.
+#[test]
+fn a_limit_on_files_is_told_and_nothing_panics() {
+    let folder = tempfile::tempdir().unwrap();
+    for (limit, what) in
+        [6, 8, 10, 12, 16].map(|n| (n, "needs at least")).into_iter().chain([24, 32].map(|n| (n, "mission.links")))
+    {
+        let limited = format!("ulimit -n {limit}; exec {} run --for 1", env!("CARGO_BIN_EXE_orienteer"));
+        let ended = Command::new("sh").args(["-c", &limited]).current_dir(folder.path()).output().unwrap();
+        let errors = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(ended.status.code(), Some(3), "{limit}: {errors}");
+        assert!(errors.contains("ulimit -n") && !errors.contains("panicked"), "{limit}: {errors}");
+        assert!(errors.contains(&format!("may have {limit}")) && errors.contains(what), "{limit}: {errors}");
+    }
 }
 
 /// A map that a run leaves behind is a world that the next run can use.
@@ -136,18 +155,62 @@ fn absurd_options_are_refused() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "something was written");
 }
 
+/// Nobody who gives a negative number wants it for something else.
+#[test]
+fn a_negative_number_is_told_what_it_may_be() {
+    for arguments in [
+        &["run", "--for", "-3"][..],
+        &["run", "--speed", "-3"],
+        &["run", "--seed", "-3"],
+        &["run", "--threads", "-3"],
+        &["hardware", "a.toml", "--for", "-3"],
+        &["why", "a.mcap", "--at", "-3"],
+        &["verify", "a.mcap", "--threads", "-3"],
+        &["emulate", "create", "--json", "-3"],
+        &["emulate", "create", "--seed", "-3"],
+        &["reproduce", "--seeds", "-3"],
+    ] {
+        let (code, _, errors) = call(repository(), arguments);
+        assert!(code == 2 && errors.contains("invalid value '-3'") && !errors.contains("tip"), "{arguments:?}: {errors}");
+        assert!(errors.contains("from") || errors.contains("1..=256"), "{arguments:?}: {errors}");
+    }
+}
+
 #[test]
 fn what_cannot_be_written_is_told() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("file"), "").unwrap();
     let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--out", "file/x"]);
-    assert!(code == 3 && errors.contains("--out"), "{code} {errors}");
+    assert!(code == 2 && errors.contains("--out"), "{code} {errors}");
     let (code, _, errors) = call(folder.path(), &["run", "--for", "1", "--record", "no/such/place.mcap"]);
-    assert!(code == 3 && errors.contains("no/such/place.mcap") && errors.contains("help"), "{code} {errors}");
+    assert!(code == 2 && errors.contains("no/such/place.mcap") && errors.contains("help"), "{code} {errors}");
     // A directory stands where the picture should go: the mission went well, but its picture is lost.
     fs::create_dir_all(folder.path().join("out/office-floor.png")).unwrap();
     let (code, out, errors) = call(folder.path(), &["run", "--for", "1"]);
     assert!(code == 3 && errors.contains("office-floor.png") && out.contains("ann"), "{code} {errors}");
+}
+
+/// Nothing was run, and another name is all that it takes.
+#[test]
+fn a_name_that_another_run_has_is_a_misuse() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = format!("taken-{}", std::process::id());
+    let mission = |hardware: &str| {
+        format!(
+            "[mission]\nclock = 'wall'\nrun = '{name}'\n[world]\nfile = '{}'\n[[robot]]\nname = 'ann'\n{hardware}\
+             start.place = 'west end'\nbase.driver = 'sim'\nsonar.driver = 'sim'\n",
+            repository().join("configs/worlds/hallway.toml").display()
+        )
+    };
+    fs::write(folder.path().join("a.toml"), mission("")).unwrap();
+    fs::write(folder.path().join("b.toml"), mission("hardware = 'elsewhere'\n")).unwrap();
+    let take = |run: String| Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() }).unwrap();
+    let _taken = (take(name.clone()), take(format!("{name}.ann")));
+    for arguments in [["run", "a.toml", "--for", "1"], ["hardware", "b.toml", "--for", "1"]] {
+        let (code, out, errors) = call(folder.path(), &arguments);
+        assert_eq!((code, out.as_str()), (2, ""), "{errors}");
+        assert!(errors.contains("is taken") && errors.contains("mission.run"), "{errors}");
+    }
 }
 
 /// A slip of the hand must not cost somebody the mission: its file, or one that it names, is no place for a recording.

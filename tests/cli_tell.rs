@@ -11,6 +11,7 @@ use std::{
 };
 
 use cli_support::{call, orienteer, repository};
+use orienteer::emulate::Language;
 use serde_json::Value;
 
 #[test]
@@ -102,7 +103,7 @@ fn a_reader_may_stop_reading() {
 
 #[test]
 fn help_fits_and_tells_the_exit_codes() {
-    for command in ["", "run", "check", "list", "why", "verify", "map", "reproduce"] {
+    for command in ["", "run", "hardware", "check", "schema", "list", "why", "verify", "map", "emulate", "reproduce"] {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
         let (code, out, _) = call(repository(), &arguments);
         assert_eq!(code, 0);
@@ -167,4 +168,85 @@ fn blind_spots_are_remarked_on() {
     fs::write(folder.path().join("b.toml"), format!("[world]\nfile = \"hall.toml\"\n{own}")).unwrap();
     let (code, out, _) = call(folder.path(), &["check", "b.toml"]);
     assert!(code == 0 && out.contains("remark: dee: no beam of `luey-8-square`"), "{out}");
+}
+
+/// A mission with one robot that has this base, in a file of its own; and how `check` ends, and what it says.
+fn check_base(base: &str) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("[mission]\nclock = \"wall\"\n[[robot]]\nname = \"r\"\nbase = {base}\n");
+    fs::write(folder.path().join("a.toml"), text).unwrap();
+    call(folder.path(), &["check", "a.toml"])
+}
+
+/// The mark stands under the value that has to be changed.
+#[test]
+fn what_a_driver_refuses_is_shown_where_it_stands() {
+    for wrong in [r#""tcp://127.0.0.1""#, r#""tcp://localhost:99999""#, r#""""#, r#""udp://host:1""#, r#""ttyUSB0""#] {
+        for driver in ["arcos", "create"] {
+            let (code, _, errors) = check_base(&format!("{{ driver = \"{driver}\", port = {wrong} }}"));
+            let column = "base = ".len() + format!("{{ driver = \"{driver}\", port = ").len() + 1;
+            assert!(code == 2 && errors.contains(&format!("a.toml:5:{column}\n")), "{wrong}: {errors}");
+            assert!(errors.contains("is no port"), "{errors}");
+        }
+    }
+    let base = r#"{ driver = "arcos", port = "tcp://localhost:8101", baud = 9600 }"#;
+    let (code, _, errors) = check_base(base);
+    assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("9600").unwrap() + 1)), "{errors}");
+    let base = r#"{ driver = "create", port = "/dev/ttyUSB0", platform = "wheelchair" }"#;
+    let (code, _, errors) = check_base(base);
+    assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("\"wheelchair").unwrap() + 1)), "{errors}");
+}
+
+/// Whoever drives one body with the size and the brakes of another should know, and may want to.
+#[test]
+fn a_platform_that_is_another_robots_is_remarked_on() {
+    let told = |base: &str, key: &str| {
+        let (code, out, errors) = check_base(base);
+        let place = format!("a.toml:5:{}: r: ", 8 + base.find(key).unwrap() + key.len());
+        assert_eq!((code, errors.as_str()), (0, ""));
+        let remark = out.split("\n\nremark: ").find(|part| part.starts_with(&place)).map(|text| text.replace("\n  ", " "));
+        remark.unwrap_or_default()
+    };
+    let base = r#"{ driver = "create", port = "/dev/ttyUSB0", platform = "p3dx" }"#;
+    assert!(told(base, "platform = ").contains("`p3dx` is not the body of a Create"), "{}", told(base, "platform = "));
+    let base = r#"{ driver = "arcos", platform = "create2", port = "/dev/ttyUSB0", model = "amigo" }"#;
+    assert!(told(base, "platform = ").contains("set `platform` to `amigobot`"), "{}", told(base, "platform = "));
+    // Without a platform it is a P3-DX.
+    let base = r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p3at" }"#;
+    assert!(told(base, "model = ").contains("describe it in `custom`"), "{}", told(base, "model = "));
+    for fitting in [
+        r#"{ driver = "create", port = "/dev/ttyUSB0", model = "roomba" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", platform = "amigobot" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p2dx" }"#,
+        r#"{ driver = "arcos", port = "/dev/ttyUSB0", model = "p3at", custom = { radius = 0.34 } }"#,
+    ] {
+        let (code, out, _) = check_base(fitting);
+        assert!(code == 0 && !out.contains("is not the body"), "{fitting}: {out}");
+    }
+}
+
+/// A key that belongs deeper is shown the way there.
+#[test]
+fn the_way_to_a_key_below_a_driver_can_be_gone() {
+    let port = r#"driver = "arcos", port = "/dev/ttyUSB0""#;
+    let (code, _, errors) = check_base(&format!("{{ {port}, speed = 0.7 }}"));
+    assert!(code == 2 && errors.contains("write `custom.speed`") && errors.contains("instead of a platform"), "{errors}");
+    let (code, out, errors) = check_base(&format!("{{ {port}, custom.speed = 0.7 }}"));
+    assert!(code == 0 && out.contains("custom (arcos)"), "{out}{errors}");
+    let (code, _, errors) = check_base(&format!("{{ {port}, sonar_required = false }}"));
+    assert!(code == 2 && errors.contains("write `protection.sonar_required`"), "{errors}");
+}
+
+/// Who follows the README finds the emulator where the configuration looks for it, of either family, and both at once.
+#[test]
+fn an_emulator_is_where_its_configuration_looks_for_it() {
+    let configured = |file: &str| {
+        let text = fs::read_to_string(repository().join(file)).unwrap();
+        text.split('"').find(|word| word.starts_with("tcp://")).unwrap().to_owned()
+    };
+    assert_eq!(configured("configs/pioneer.toml"), Language::Arcos.usual_port());
+    assert_eq!(configured("configs/create.toml"), Language::Create.usual_port());
+    assert_ne!(Language::Arcos.usual_port(), Language::Create.usual_port());
+    let (_, out, _) = call(repository(), &["emulate", "--help"]);
+    assert!([Language::Arcos, Language::Create].iter().all(|language| out.contains(language.usual_port())), "{out}");
 }

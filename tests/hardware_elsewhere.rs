@@ -139,6 +139,12 @@ fn whoever_dies_the_robot_stands_and_goes_on_when_they_are_back() {
     assert_eq!(second_run.end("-INT"), Some(130));
     robot.stands(at);
     assert_eq!(second_hardware.end("-TERM"), Some(130));
+
+    // Who was told that the hardware has gone is told that it is back, and that is no warning.
+    let log = fs::read_to_string(at.join("run.log")).unwrap();
+    let gone = log.find("the hardware is gone").unwrap();
+    let back = log[gone..].lines().find(|line| line.contains("the hardware is there")).unwrap();
+    assert!(back.contains("INFO") && !log.contains("DEBUG"), "{log}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ use crate::{
     driver::{BaseDriver, SonarDriver},
     echo::SonarModel,
     line::{Address, AddressError},
-    rings::{self, NamedRing, RingConfig},
+    rings::{self, NamedRing, RingConfig, RingError},
     sim::Arena,
 };
 
@@ -55,12 +55,16 @@ pub struct Site<'a> {
     pub sources: &'a mut Sources,
     /// Where the configuration names the driver.
     pub span: Span,
+    /// The driver's own keys, each with its place.
+    pub keys: Section,
     /// Where it says where the robot starts, if it does.
     pub start_span: Option<Span>,
     /// What drivers of one robot share, such as a log or a serial line: left by the base for the sonar.
     pub shared: Option<Arc<dyn Any + Send + Sync>>,
     /// The lines that robots of this mission have, and which; see [`Site::line`].
     pub lines: &'a Lines,
+    /// What a person should know before anything moves, each at its place: see [`Site::remark`].
+    pub remarks: Vec<Problem>,
 }
 
 impl Site<'_> {
@@ -73,37 +77,42 @@ impl Site<'_> {
     /// The base that a configuration describes, or names.
     fn base(&self, platform: &str, custom: Option<BaseConfig>) -> Result<BaseConfig, Problems> {
         custom.or_else(|| presets::by_name(platform)).ok_or_else(|| {
-            self.problem(format!("there is no platform `{platform}`"), "`orienteer list platforms` shows those that there are")
+            self.problem_at(
+                "platform",
+                format!("there is no platform `{platform}`"),
+                "`orienteer list platforms` shows those that there are",
+            )
         })
     }
 
     /// The ring that a configuration describes, or names.
     fn ring(&self, name: &str, custom: Option<&RingConfig>) -> Result<NamedRing, Problems> {
         if let Some(custom) = custom {
-            let ring = custom.ring("custom").map_err(|error| self.problem(error.to_string(), "correct the ring's table"))?;
+            let wrong = |error: RingError| self.problem_at("custom", error.to_string(), "correct the ring's table");
+            let ring = custom.ring("custom").map_err(wrong)?;
             return Ok(NamedRing { ring, model: SonarModel::default(), help: "a ring of one's own" });
         }
         rings::find(name).ok_or_else(|| {
-            self.problem(format!("there is no ring `{name}`"), "`orienteer list rings` shows those that there are")
+            self.problem_at("ring", format!("there is no ring `{name}`"), "`orienteer list rings` shows those that there are")
         })
     }
 
     /// The address of a device on a line, which no other robot of the mission may have. Only a serial port has a speed.
     ///
     /// # Errors
-    /// What is wrong with it, where the configuration names the driver.
+    /// What is wrong with it, where the configuration gives the keys `port` and `baud`.
     pub fn line(&self, port: &str, baud: Option<u32>) -> Result<Address, Problems> {
         let address: Address = port.parse().map_err(|error: AddressError| {
-            self.problem(error.to_string(), "for instance `/dev/ttyUSB0` or `tcp://192.168.0.7:8101`")
+            self.problem_at("port", error.to_string(), "for instance `/dev/ttyUSB0` or `tcp://192.168.0.7:8101`")
         })?;
         if let (Address::Tcp { .. }, Some(_)) = (&address, baud) {
             let message = format!("`baud` means nothing at `{address}`: only a serial port has a speed");
-            return Err(self.problem(message, "remove `baud`; whoever passes a serial line on has a setting for it"));
+            return Err(self.problem_at("baud", message, "remove `baud`; whoever passes a serial line on has a setting for it"));
         }
         let mut lines = self.lines.taken.borrow_mut();
         if let Some((_, robot)) = lines.iter().find(|(taken, robot)| *taken == address && robot != self.robot) {
             let message = format!("`{robot}` has the base at `{address}` already");
-            return Err(self.problem(message, "give each robot a port of its own"));
+            return Err(self.problem_at("port", message, "give each robot a port of its own"));
         }
         lines.push((address.clone(), self.robot.to_owned()));
         Ok(address)
@@ -113,6 +122,35 @@ impl Site<'_> {
     #[must_use]
     pub fn problem(&self, message: impl Into<String>, hint: impl Into<String>) -> Problems {
         Problem::new(self.sources, &self.span, message, hint).into()
+    }
+
+    /// A problem with the value of one of the driver's keys; where the configuration names the driver if it does not give that key.
+    #[must_use]
+    pub fn problem_at(&self, key: &str, message: impl Into<String>, hint: impl Into<String>) -> Problems {
+        Problem::new(self.sources, &self.place_of(key), message, hint).into()
+    }
+
+    /// Remembers something that is allowed, but that a person should know before anything moves, at the value of one of the driver's keys.
+    pub fn remark(&mut self, key: &str, message: impl Into<String>, hint: impl Into<String>) {
+        self.remarks.push(Problem::new(self.sources, &self.place_of(key), message, hint));
+    }
+
+    /// Remarks on a platform that is not the body of this robot, which is one of these.
+    fn expect_body(&mut self, platform: &str, of: &str, bodies: &[&str]) {
+        if bodies.contains(&platform) {
+            return;
+        }
+        let key = if self.keys.table().contains_key("platform") { "platform" } else { "model" };
+        let message = format!("`{platform}` is not the body of {of}: its size, its speed and how it brakes are another robot's");
+        let hint = match bodies {
+            [] => "describe it in `custom`".to_owned(),
+            bodies => format!("set `platform` to `{}`, or describe it in `custom`", bodies.join("` or `")),
+        };
+        self.remark(key, message, hint);
+    }
+
+    fn place_of(&self, key: &str) -> Span {
+        if self.keys.table().contains_key(key) { self.keys.span_of(key) } else { self.span.clone() }
     }
 }
 
@@ -192,6 +230,7 @@ impl<T> Kind<T> {
     /// # Errors
     /// If the keys do not fit, or it can't be opened.
     pub fn open(&self, keys: &Section, site: &mut Site<'_>) -> Result<T, Problems> {
+        site.keys = keys.clone();
         (self.open)(keys, site)
     }
 }

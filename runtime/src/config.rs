@@ -23,5 +23,5 @@ pub mod validate;
 
 pub use document::Section;
 pub use mission::Mission;
-pub use problem::{Problem, Problems};
+pub use problem::{Location, Problem, Problems};
 pub use source::{SourceId, Sources, Span};

@@ -18,10 +18,11 @@ use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 pub use control::FleetControl;
 pub use leader::Leader;
 pub(crate) use pulse::{Died, Pulse};
-pub use signals::{Ear, Signals};
+pub use signals::{Ear, Signals, before_exit};
 
 use crate::{
     clock::{Epoch, Pace},
+    descriptors::{self, TooFewDescriptors},
     host::HostError,
     recording::{RecordError, Recorder, RecordingSummary},
     robot::{RobotPlan, RobotReport},
@@ -116,6 +117,9 @@ pub enum FleetError {
     /// A robot can't.
     #[error(transparent)]
     Host(#[from] HostError),
+    /// Its threads need more files than may be open.
+    #[error(transparent)]
+    Descriptors(#[from] TooFewDescriptors),
     /// A part of it died of a panic that nobody could catch.
     #[error("{who} panicked outside of its behaviour; the mission can't go on")]
     Died {
@@ -136,6 +140,7 @@ pub enum FleetError {
 /// If a robot can't be brought to life; then none moves. If a part of the fleet dies that can't do without; then the bases of
 /// the others stop.
 pub fn run(plan: FleetPlan) -> Result<FleetReport, FleetError> {
+    descriptors::check_room_for(plan.threads.min(plan.robots.len()))?;
     let outcome: Rc<RefCell<Option<Result<FleetReport, FleetError>>>> = Rc::default();
     let system = actix::System::new();
     let result = outcome.clone();

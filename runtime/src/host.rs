@@ -101,6 +101,8 @@ pub(crate) struct Host {
     report: NodeReport,
     /// Why there is no behaviour, if there is none.
     down: String,
+    /// It has warned of something, and said no good news since.
+    warned: bool,
     _pulse: Pulse,
 }
 
@@ -151,6 +153,7 @@ impl Host {
             track,
             robot,
             down: String::new(),
+            warned: false,
             _pulse: pulse,
         })
     }
@@ -246,7 +249,9 @@ impl Host {
         let mut track = self.track.borrow_mut();
         for line in self.outputs.logs_mut().drain(..) {
             track.log(line.level, &self.context.node, &line.text);
-            show(&self.context, now, &line);
+            let answers = line.level == Level::INFO && std::mem::take(&mut self.warned);
+            self.warned |= line.level <= Level::WARN;
+            show(&self.context, now, &line, answers);
         }
         for grid in self.outputs.grids_mut().drain(..) {
             track.record_grid(GRID, &grid);
@@ -298,10 +303,14 @@ pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or_else(|| "no message".to_string())
 }
 
-fn show(context: &RobotContext, now: Time, line: &LogLine) {
+/// Target of the first good news (INFO) of a node that has warned: whoever was told of trouble is told that it is over.
+pub const RELIEF: &str = "orienteer::relief";
+
+fn show(context: &RobotContext, now: Time, line: &LogLine, answers: bool) {
     let (robot, node) = (&*context.robot, &*context.node);
     match line.level {
         Level::TRACE | Level::DEBUG => tracing::debug!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),
+        Level::INFO if answers => tracing::info!(target: RELIEF, "{now} {robot}/{node}: {}", line.text),
         Level::INFO => tracing::info!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),
         Level::WARN => tracing::warn!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),
         Level::ERROR => tracing::error!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),

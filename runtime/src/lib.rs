@@ -16,6 +16,7 @@ pub mod agents;
 pub mod arbitration;
 pub mod clock;
 pub mod config;
+pub mod descriptors;
 pub mod fleet;
 pub mod geometry;
 pub mod host;

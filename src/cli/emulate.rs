@@ -34,9 +34,9 @@ pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
         seed: arguments.seed,
     };
     let mut rig = emulate::build(&options)?;
-    let mut port =
-        Port::open(&arguments.port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
-    let mut teller = Teller { to: arguments.json, status: String::new(), collisions: 0, told: Time::START };
+    let port = arguments.port.as_deref().unwrap_or(arguments.language.usual_port());
+    let mut port = Port::open(port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
+    let mut teller = Teller::new(arguments.json);
     teller.say(&format!("{} at {}", options.robot, port.name()))?;
     let (control, mut failed) = (FleetControl::default(), None);
     let ear = Ear::open(control.clone());
@@ -63,7 +63,12 @@ struct Teller {
     status: String,
     collisions: u32,
     told: Time,
+    /// What had come over the wire before the one who is there now.
+    before: Counts,
 }
+
+/// Who says so many bytes and no packet speaks another language.
+const STRANGE: u64 = 32;
 
 /// How an emulated robot stands.
 #[derive(Serialize)]
@@ -84,13 +89,17 @@ struct Line<'a> {
 }
 
 impl Teller {
+    fn new(to: Option<f64>) -> Self {
+        Self { to, status: String::new(), collisions: 0, told: Time::START, before: Counts::default() }
+    }
+
     fn tell(&mut self, beat: Beat<'_>) -> Result<(), Refusal> {
+        let status = self.status_at(&beat);
         if let Some(every) = self.to {
             if beat.now.secs_since(self.told) + 1e-9 >= every {
                 self.told = beat.now;
                 let Truth { pose, twist, collisions, bumped, .. } = *beat.truth;
                 let Counts { frames, broken, noise } = beat.emulator.counts();
-                let status = status(&beat);
                 let line = Line {
                     time_s: (beat.now.as_secs_f64() * 100.0).round() / 100.0,
                     status: &status,
@@ -110,7 +119,6 @@ impl Teller {
             }
             return Ok(());
         }
-        let status = status(&beat);
         if status != self.status {
             self.say(&format!("{:7.1} s  {status}", beat.now.as_secs_f64()))?;
             self.status = status;
@@ -123,15 +131,22 @@ impl Teller {
         Ok(())
     }
 
+    fn status_at(&mut self, beat: &Beat<'_>) -> String {
+        let now = beat.emulator.counts();
+        if beat.caller != Caller::Same {
+            self.before = now;
+        }
+        match beat.caller {
+            Caller::Nobody => "nobody is there".to_owned(),
+            _ if now.frames == self.before.frames && now.noise >= self.before.noise + STRANGE => {
+                "somebody is there who does not speak its language".to_owned()
+            }
+            Caller::New | Caller::Same => beat.emulator.status(),
+        }
+    }
+
     fn say(&self, text: &str) -> Result<(), Refusal> {
         if self.to.is_some() { Ok(()) } else { style::print(&format!("{text}\n")) }
-    }
-}
-
-fn status(beat: &Beat<'_>) -> String {
-    match beat.caller {
-        Caller::Nobody => "nobody is there".to_owned(),
-        Caller::New | Caller::Same => beat.emulator.status(),
     }
 }
 

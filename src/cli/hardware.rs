@@ -29,23 +29,24 @@ pub fn hardware(arguments: &HardwareArguments, registry: &Registry) -> Result<Ou
             ));
         }
     };
+    let title = format!("hardware of `{robot}`; Ctrl-C ends it\n");
     let options = RunOptions {
         duration: arguments.duration.map(Duration::from_secs_f64),
         record: Recording::Off,
-        hardware_of: Some(robot.clone()),
+        hardware_of: Some(robot),
+        // Where standard output leads nowhere, the end tells.
+        ready: Some(Box::new(move || _ = style::print(&title))),
         ..RunOptions::default()
     };
-    if loaded.mission.robots.iter().any(|other| other.name == robot) {
-        style::print(&format!("hardware of `{robot}`; Ctrl-C ends it\n"))?;
-    }
     let ended = mission::run(loaded, registry, options)?;
     let fact = |name| ended.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
     style::print(&format!(
-        "{}, driving for {:.1} s; {:.0} words from missions, {:.0} of them within the step that they answer\n",
+        "{}, driving for {:.1} s; {:.0} commands from missions, {:.0} of them in time for their step, {:.0} later\n",
         ended.time,
         fact("driving_s"),
         fact("pulses_heard"),
-        fact("answered")
+        fact("answered"),
+        fact("pulses_heard") - fact("answered")
     ))?;
     Ok(conclude(&ended))
 }

@@ -1,17 +1,18 @@
-//! Progress bars on standard error, and log lines that appear above them.
+//! Progress bars on standard error. Log lines appear above them.
 
 use std::{
-    io::{self, Write},
     ops::ControlFlow,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
 use crate::{hardware::sim::Arena, mission::WorldObserver, runtime::time::Time};
 use indicatif::{ProgressBar, ProgressStyle};
-use tracing::Level;
 
-use super::style::{self, Paint};
+use super::{stderr, style};
 
 /// How often a mission's bar is drawn anew.
 const EVERY: Duration = Duration::from_millis(50);
@@ -19,7 +20,8 @@ const EVERY: Duration = Duration::from_millis(50);
 /// The bar that is on the terminal, if there is one.
 static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-fn shown() -> Option<ProgressBar> {
+/// The same for whoever writes above it.
+pub fn shown() -> Option<ProgressBar> {
     SHOWN.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
@@ -63,6 +65,8 @@ pub struct MissionWatch {
     end: Option<Time>,
     started: Option<Instant>,
     drawn: Instant,
+    /// The bar waits to be drawn: once is enough.
+    drawing: Arc<AtomicBool>,
 }
 
 impl MissionWatch {
@@ -71,7 +75,8 @@ impl MissionWatch {
         let bar = Bar::new(whole.as_nanos() / 1_000_000, "{prefix:.bold} {bar:24.cyan/dim} {msg}");
         bar.handle().set_prefix(title.to_owned());
         bar.handle().set_message(format!("0:00 of {}", style::time(whole)));
-        let watch = Self { bar: bar.handle(), whole, end: None, started: None, drawn: Instant::now() };
+        let drawing = Arc::default();
+        let watch = Self { bar: bar.handle(), whole, end: None, started: None, drawn: Instant::now(), drawing };
         (bar, watch)
     }
 
@@ -81,12 +86,21 @@ impl MissionWatch {
         self
     }
 
+    /// Has the bar drawn by whoever writes to the terminal, for whom no step waits.
     fn draw(&mut self, now: Time, started: Instant) {
         self.drawn = Instant::now();
+        if self.drawing.swap(true, Ordering::Relaxed) {
+            return;
+        }
         let factor = now.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-9);
-        self.bar.set_position(now.as_nanos() / 1_000_000);
         let seconds = Time::from_nanos(now.as_nanos() / 1_000_000_000 * 1_000_000_000);
-        self.bar.set_message(format!("{} of {}, {factor:.0} × real time", style::time(seconds), style::time(self.whole)));
+        let message = format!("{} of {}, {factor:.0} × real time", style::time(seconds), style::time(self.whole));
+        let (bar, drawing) = (self.bar.clone(), self.drawing.clone());
+        stderr::instruct(move || {
+            bar.set_position(now.as_nanos() / 1_000_000);
+            bar.set_message(message);
+            drawing.store(false, Ordering::Relaxed);
+        });
     }
 }
 
@@ -98,49 +112,4 @@ impl WorldObserver for MissionWatch {
         }
         if self.end.is_some_and(|end| now >= end) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
-}
-
-/// Standard error, above the bar.
-pub struct AboveBar;
-
-impl Write for AboveBar {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // A log line that nobody reads must not end the mission.
-        let put = || _ = io::stderr().lock().write_all(bytes);
-        match shown() {
-            Some(bar) => bar.suspend(put),
-            None => put(),
-        }
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Sends log lines, and what panics say, to standard error. Robots' lines carry the mission's time; the wall clock's would only differ from
-/// run to run.
-pub fn start_logging(verbose: u8, quiet: bool) {
-    let level = match (quiet, verbose) {
-        (true, _) => Level::ERROR,
-        (false, 0) => Level::WARN,
-        (false, 1) => Level::INFO,
-        (false, _) => Level::DEBUG,
-    };
-    let subscriber = tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_target(false)
-        .without_time()
-        .with_ansi(Paint::stderr().is_coloured())
-        .with_writer(|| AboveBar)
-        .finish();
-    // Fails only if there is one already.
-    let _ = tracing::subscriber::set_global_default(subscriber);
-
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| match shown() {
-        Some(bar) => bar.suspend(|| usual(panic)),
-        None => usual(panic),
-    }));
 }

@@ -8,6 +8,7 @@ use crate::{
         config::{Problem, Problems},
         fleet::FleetError,
         host::HostError,
+        link::LinkError,
         recording::{ReadError, RecordError},
     },
 };
@@ -60,13 +61,11 @@ impl From<Problems> for Refusal {
 
 impl From<RunError> for Refusal {
     fn from(error: RunError) -> Self {
+        let misused = is_misuse(&error);
         let hint = match error {
             RunError::Config(problems) => return problems.into(),
             RunError::Overwrites { .. } => {
-                return Self::misused(
-                    error.to_string(),
-                    "name another file with `--record` or `[record] file`; recordings end in `.mcap`",
-                );
+                "name another file with `--record` or `[record] file`; recordings end in `.mcap`".to_owned()
             }
             RunError::Link(ref error) | RunError::Fleet(FleetError::Host(HostError::Link(ref error))) => error.hint(),
             RunError::Output(_) => "name another directory with `--out`".to_owned(),
@@ -74,12 +73,24 @@ impl From<RunError> for Refusal {
                 "name another file with `--record`, in a directory that exists, or run with `--no-record`".to_owned()
             }
             RunError::Record(_) => "look at the disk's free space, or run with `--no-record`".to_owned(),
+            RunError::Fleet(FleetError::Descriptors(ref error)) => error.hint(),
             RunError::Fleet(_) => "`-vv` shows more of what led to it".to_owned(),
         };
         let text = error.to_string();
         // Some errors bring their hint along.
         let message = text.split("\nhint: ").next().unwrap_or_default();
-        Self::failed(message, hint)
+        if misused { Self::misused(message, hint) } else { Self::failed(message, hint) }
+    }
+}
+
+/// True if nothing was run because of what somebody has asked for, and not because the machine is short of something.
+fn is_misuse(error: &RunError) -> bool {
+    let short = |kind| matches!(kind, ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::OutOfMemory);
+    match error {
+        RunError::Config(_) | RunError::Overwrites { .. } | RunError::Link(LinkError::RunTaken { .. }) => true,
+        RunError::Output(error) => !short(error.kind()),
+        RunError::Record(RecordError::Create { source, .. }) => !short(source.kind()),
+        RunError::Link(_) | RunError::Fleet(_) | RunError::Record(_) => false,
     }
 }
 

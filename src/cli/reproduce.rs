@@ -12,13 +12,17 @@ use std::{
 
 use crate::{
     reproduce::{Effort, Row, SUITES, Suite},
-    runtime::fleet::{Ear, FleetControl, Signals},
+    runtime::{
+        descriptors::check_room_for,
+        fleet::{Ear, FleetControl, Signals},
+    },
 };
 use serde::Serialize;
 
 use super::{
     Outcome, Refusal, ReproduceArguments,
     progress::{self, Bar},
+    stderr,
     style::{self, Paint},
     table::{Align, Table},
 };
@@ -32,6 +36,8 @@ struct Report {
 
 /// Runs experiments and compares their figures with their goals.
 pub fn reproduce(arguments: &ReproduceArguments) -> Result<Outcome, Refusal> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    check_room_for(threads + 2).map_err(|error| Refusal::failed(error.to_string(), error.hint()))?;
     let wanted = |suite: &&Suite| arguments.suite.as_deref().is_none_or(|name| name == suite.name);
     let interruption = Interruption::listen();
     let mut reports = Vec::new();
@@ -163,8 +169,9 @@ impl Interruption {
         while self.parked.load(Ordering::Relaxed) < threads && since.elapsed() < Self::PATIENCE {
             thread::sleep(Duration::from_millis(20));
         }
-        progress::clear();
+        stderr::instruct(progress::clear);
         style::complain_of(&format!("stopped: {signal}"));
+        stderr::settle_within(Self::PATIENCE);
         std::process::exit(130);
     }
 

@@ -7,7 +7,7 @@ use std::{
 
 use crate::runtime::{config::Problem, time::Time};
 
-use super::Refusal;
+use super::{Refusal, stderr};
 
 /// Everything fits into a terminal of this many columns.
 pub const WIDTH: usize = 80;
@@ -77,6 +77,8 @@ fn wants_colour(stream: &impl IsTerminal) -> bool {
 /// # Errors
 /// If it gets lost elsewhere, on a full disk for instance.
 pub fn print(text: &str) -> Result<(), Refusal> {
+    // What was said before stands before it where both go to one terminal.
+    stderr::settle();
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -105,7 +107,7 @@ pub fn complain(message: &str, hint: &str) {
 
 /// Writes to standard error.
 pub fn complain_of(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    stderr::write(format!("{text}\n").as_bytes());
 }
 
 /// The text in lines of at most [`WIDTH`] columns; all but the first are indented.

@@ -214,7 +214,7 @@ impl<'a> RobotBuilder<'a> {
             run: elsewhere::run(self.settings, config, sources)?,
             robot: config.name.clone(),
             epoch: self.epoch.clone(),
-            fingerprint: self.fingerprint(&opened),
+            fingerprint: self.fingerprint(config, &opened),
             has_line: self.has_line(config),
         };
         let Opened { ring, context, .. } = opened;
@@ -226,20 +226,23 @@ impl<'a> RobotBuilder<'a> {
     /// Base and sonar, for a mission in another process.
     fn hardware(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<RobotPlan, RunError> {
         let opened = self.open(config, sources, noted)?;
-        let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(&opened));
+        let presence = elsewhere::presence(&opened.context, self.epoch, self.fingerprint(config, &opened));
         let Opened { base, sonar, ring, context } = opened;
         let nodes = vec![self.base_node(config, &context, base, &ring), self.sonar_node(&context, sonar), presence];
         let plan = self.plan(config, &ring, nodes)?;
         Ok(RobotPlan { answered_within: Some(self.period / 2), ..plan })
     }
 
-    fn fingerprint(&self, opened: &Opened) -> Fingerprint {
+    fn fingerprint(&self, config: &RobotConfig, opened: &Opened) -> Fingerprint {
         let Opened { base: OpenBase { driver, motion, protection, .. }, ring, .. } = opened;
-        fingerprint(driver.platform(), ring, motion, protection, self.period)
+        fingerprint(&config.base.name, driver.platform(), ring, motion, protection, self.period)
     }
 
     fn open(&self, config: &RobotConfig, sources: &mut Sources, noted: &mut Vec<Remark>) -> Result<Opened, RunError> {
-        let (base, sonar) = self.open_devices(config, sources)?;
+        let (base, sonar, noted_by_drivers) = self.open_devices(config, sources)?;
+        for remark in &noted_by_drivers {
+            Remark::note(noted, &config.name, remark.location(), format!("{}; {}", remark.message(), remark.hint()));
+        }
         let sonar = sonar.unwrap_or_else(|| Box::new(NoSonar::default()));
         let ring = sonar.ring().clone();
         if let Some(flaw) = remarks::flaw(&base, &ring) {
@@ -247,7 +250,7 @@ impl<'a> RobotBuilder<'a> {
             return Err(Problems::from(Problem::new(sources, &config.span, flaw, hint)).into());
         }
         if let Some(text) = remarks::of_sight(&base, &ring, self.period) {
-            Remark::note(noted, &config.name, text);
+            Remark::note(noted, &config.name, None, text);
         }
         let context = self.context(config, &base, &ring);
         Ok(Opened { base, sonar, ring, context })
@@ -273,7 +276,7 @@ impl<'a> RobotBuilder<'a> {
         &self,
         config: &RobotConfig,
         sources: &mut Sources,
-    ) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>), Problems> {
+    ) -> Result<(OpenBase, Option<Box<dyn SonarDriver>>, Vec<Problem>), Problems> {
         let start = self.start(config, sources)?;
         let mut site = Site {
             robot: &config.name,
@@ -282,10 +285,12 @@ impl<'a> RobotBuilder<'a> {
             period: self.period,
             streams: self.streams,
             span: config.base.span.clone(),
+            keys: config.base.section.clone(),
             start_span: config.start.as_ref().map(|start| start.span.clone()),
             sources,
             shared: None,
             lines: self.lines,
+            remarks: Vec::new(),
         };
         let drivers = self.registry.drivers();
         let unknown =
@@ -295,14 +300,14 @@ impl<'a> RobotBuilder<'a> {
             Some(kind) => kind.open(&config.base.section, &mut site)?,
             None => return Err(unknown(&site, &config.base.name)),
         };
-        let Some(sonar) = &config.sonar else { return Ok((base, None)) };
+        let Some(sonar) = &config.sonar else { return Ok((base, None, site.remarks)) };
         site.span = sonar.span.clone();
         let sonar = match drivers.sonar(&sonar.name) {
             Some(kind) if kind.real_time && !self.wall => return Err(needs_wall_clock(&site, kind.name)),
             Some(kind) => kind.open(&sonar.section, &mut site)?,
             None => return Err(unknown(&site, &sonar.name)),
         };
-        Ok((base, Some(sonar)))
+        Ok((base, Some(sonar), site.remarks))
     }
 
     fn start(&self, config: &RobotConfig, sources: &Sources) -> Result<Option<Pose>, Problems> {

@@ -19,6 +19,14 @@ pub struct OutputError {
     source: io::Error,
 }
 
+impl OutputError {
+    /// What sort of answer the system gave.
+    #[must_use]
+    pub fn kind(&self) -> io::ErrorKind {
+        self.source.kind()
+    }
+}
+
 /// Makes the output directory.
 pub(super) fn prepare(directory: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(directory).map_err(|source| OutputError { path: directory.to_owned(), source })

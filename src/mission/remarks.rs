@@ -3,7 +3,7 @@
 use std::{fmt, time::Duration};
 
 use orienteer_hardware::{base::protection::ProtectionConfig, drivers::OpenBase, rings::widest_gap};
-use orienteer_runtime::robot_model::Ring;
+use orienteer_runtime::{config::Location, robot_model::Ring};
 use serde::Serialize;
 
 /// Something about robots that is allowed, but that a person should know before they move.
@@ -13,20 +13,26 @@ pub struct Remark {
     pub robots: Vec<String>,
     /// What to know, in one line.
     pub text: String,
+    /// Where the configuration says what this is about, if it is one place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub location: Option<Location>,
 }
 
 impl Remark {
     /// Remembers it of one more robot.
-    pub(super) fn note(remarks: &mut Vec<Self>, robot: &str, text: String) {
-        match remarks.iter_mut().find(|remark| remark.text == text) {
+    pub(super) fn note(remarks: &mut Vec<Self>, robot: &str, location: Option<&Location>, text: String) {
+        match remarks.iter_mut().find(|remark| remark.text == text && remark.location.as_ref() == location) {
             Some(remark) => remark.robots.push(robot.to_owned()),
-            None => remarks.push(Self { robots: vec![robot.to_owned()], text }),
+            None => remarks.push(Self { robots: vec![robot.to_owned()], text, location: location.cloned() }),
         }
     }
 }
 
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(location) = &self.location {
+            write!(f, "{location}: ")?;
+        }
         write!(f, "{}: {}", several(&self.robots), self.text)
     }
 }

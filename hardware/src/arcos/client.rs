@@ -48,6 +48,9 @@ impl Client {
 }
 
 impl Conversation for Session {
+    const LANGUAGE: &'static str = "ARCOS";
+    const STRANGER: &'static str = "a Create or Roomba";
+
     fn begin_anew(&mut self) {
         Session::begin_anew(self);
     }

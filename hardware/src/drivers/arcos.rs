@@ -29,7 +29,7 @@ pub struct ArcosBaseConfig {
     #[serde(default = "usual_platform")]
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
-    /// A base of your own, instead of a platform with a name.
+    /// A base of your own, instead of a platform with a name; what it leaves out is as for `b12-huey`.
     #[serde(default)]
     #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,
@@ -47,6 +47,18 @@ pub struct ArcosBaseConfig {
 
 fn usual_platform() -> String {
     "p3dx".to_owned()
+}
+
+/// Whose body it is, and the platforms that have it: of this model, or of any that speaks ARCOS.
+fn bodies(model: Option<&str>) -> (String, &'static [&'static str]) {
+    let of = |model| format!("the model `{model}`");
+    match model {
+        None => ("a base that speaks ARCOS".to_owned(), &["p3dx", "amigobot"]),
+        Some(model) if model.starts_with("amigo") => (of(model), &["amigobot"]),
+        // Four wheels, and larger.
+        Some(model) if model.contains("at") => (of(model), &[]),
+        Some(model) => (of(model), &["p3dx"]),
+    }
 }
 
 /// The least way and turn that can be asked for at the end of a motion, m and rad: velocities are whole mm/s and °/s.
@@ -67,13 +79,22 @@ impl BaseKind for ArcosBaseKind {
 
     fn open(config: ArcosBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let address = site.line(&config.port, config.baud)?;
+        let custom = config.custom.is_some();
         let base = site.base(&config.platform, config.custom)?;
         let units = match &config.model {
             None => None,
             Some(model) => Some(Units::of(model).ok_or_else(|| {
-                site.problem(format!("there is no model `{model}`"), "leave it out, and the base says itself what it is")
+                site.problem_at(
+                    "model",
+                    format!("there is no model `{model}`"),
+                    "leave it out, and the base says itself what it is",
+                )
             })?),
         };
+        if !custom {
+            let (of, bodies) = bodies(units.map(|units| units.model));
+            site.expect_body(&config.platform, &of, bodies);
+        }
         let platform = base.platform();
         let profile = Profile {
             units,

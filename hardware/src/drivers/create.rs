@@ -25,7 +25,7 @@ pub struct CreateBaseConfig {
     #[serde(default = "usual_name")]
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
-    /// A base of your own, instead of a platform with a name.
+    /// A base of your own, instead of a platform with a name; what it leaves out is as for `b12-huey`.
     #[serde(default)]
     #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,
@@ -62,15 +62,24 @@ impl BaseKind for CreateBaseKind {
 
     fn open(config: CreateBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
         let address = site.line(&config.port, config.baud)?;
+        let custom = config.custom.is_some();
         let platform = site.base(&config.platform, config.custom)?.platform();
         let model = Model::of(&config.model).ok_or_else(|| {
-            site.problem(format!("there is no model `{}`", config.model), "`create2`, `create1` and `roomba` are known")
+            site.problem_at(
+                "model",
+                format!("there is no model `{}`", config.model),
+                "`create2`, `create1` and `roomba` are known",
+            )
         })?;
         if platform.turning_radius > 0.0 {
-            return Err(site.problem(
+            return Err(site.problem_at(
+                if custom { "custom" } else { "platform" },
                 format!("`{}` can't turn on the spot, as a Create does", platform.name),
                 "leave `platform` out, or describe a differential drive in `custom`",
             ));
+        }
+        if !custom {
+            site.expect_body(&config.platform, "a Create or Roomba", &["create2"]);
         }
         let (way, turn) = model.steps();
         let client = Client::new(address, config.baud, Profile::new(model, &platform));

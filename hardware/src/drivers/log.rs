@@ -34,8 +34,8 @@ impl BaseKind for LogBaseKind {
     type Config = LogBaseConfig;
 
     fn open(config: LogBaseConfig, site: &mut Site<'_>) -> Result<OpenBase, Problems> {
-        let poses = read(site, &config.poses)?;
-        let measurements = read(site, &config.measurements)?;
+        let poses = read(site, "poses", &config.poses)?;
+        let measurements = read(site, "measurements", &config.measurements)?;
         let log = SonarLog::parse((&config.poses, &poses), (&config.measurements, &measurements)).map_err(|error| {
             site.problem(error.to_string(), "the format is described in the documentation of `hardware::log`")
         })?;
@@ -51,10 +51,10 @@ impl BaseKind for LogBaseKind {
     }
 }
 
-fn read(site: &mut Site<'_>, path: &str) -> Result<String, Problems> {
+fn read(site: &mut Site<'_>, key: &str, path: &str) -> Result<String, Problems> {
     let source = site.sources.read_for(path, &site.span).map_err(|problem| {
         let hint = "logs are data that do not come with Orienteer: see the comments of the mission for where this one comes from";
-        site.problem(problem.message(), format!("{}; {hint}", problem.hint()))
+        site.problem_at(key, problem.message(), format!("{}; {hint}", problem.hint()))
     })?;
     Ok(site.sources.text(source)?.to_owned())
 }

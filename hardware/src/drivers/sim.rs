@@ -21,7 +21,7 @@ pub struct SimBaseConfig {
     /// The kind of base.
     #[schemars(extend("x-names" = "platform"))]
     pub platform: String,
-    /// A base of your own, instead of a platform with a name.
+    /// A base of your own, instead of a platform with a name; what it leaves out is as for `b12-huey`.
     #[schemars(extend("x-instead-of" = "platform"))]
     pub custom: Option<BaseConfig>,
     /// How its odometry errs.

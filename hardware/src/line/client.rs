@@ -28,6 +28,11 @@ pub enum Stage {
 
 /// A client's side of a conversation with a base: takes the bytes that have come, gives those that are to be sent, and is told the time.
 pub trait Conversation {
+    /// The language, as people call it.
+    const LANGUAGE: &'static str;
+    /// A base that speaks another one, and may be at the end of the line by mistake.
+    const STRANGER: &'static str;
+
     /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
     fn begin_anew(&mut self);
 
@@ -194,25 +199,76 @@ impl<C: Conversation> Client<C> {
         if let Some(why) = self.session.refusal() {
             return DriverError::Refused { what: format!("the base at {device} {why}") };
         }
-        let noise = self.session.counts().noise > 0 && self.packet.is_none();
         let why = match (standing, self.session.stage()) {
             (Standing::Down, _) => self.line.trouble().to_owned(),
-            (_, Stage::Unanswered) => {
-                let nobody = if noise { "nobody answers in its language" } else { "nobody answers" };
-                match (self.line.address(), &self.bauds[..]) {
-                    (Address::Serial { .. }, [baud]) => format!("{nobody} at {baud} baud"),
-                    (Address::Serial { .. }, _) => format!("{nobody} at any speed"),
-                    (Address::Tcp { .. }, _) => nobody.to_owned(),
-                }
-            }
+            (_, Stage::Unanswered) => self.silence(),
             _ => "it has not said where it is".to_owned(),
         };
         if self.known { DriverError::LinkLost { device, why } } else { DriverError::Waiting { device, why } }
+    }
+
+    /// What a base that does not answer may be.
+    fn silence(&self) -> String {
+        let speed = match (self.line.address(), &self.bauds[..]) {
+            (Address::Serial { .. }, [baud]) => format!(" at {baud} baud"),
+            (Address::Serial { .. }, _) => " at any speed".to_owned(),
+            (Address::Tcp { .. }, _) => String::new(),
+        };
+        let Counts { broken, noise, .. } = self.session.counts();
+        if self.packet.is_none() && broken + noise > 0 {
+            return format!("something answers, but not in {}{speed}; is it {}?", C::LANGUAGE, C::STRANGER);
+        }
+        format!("nobody answers{speed}; is it on, and does it speak {}?", C::LANGUAGE)
     }
 }
 
 impl<C: Conversation> Drop for Client<C> {
     fn drop(&mut self) {
         self.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::{io::Write, net::TcpListener, thread, time::Duration, time::Instant};
+
+    use super::*;
+    use crate::{arcos, base::presets, oi, wire::oi::units::Model};
+
+    /// What is said of somebody who answers with these bytes, and never with others.
+    fn told_of<C: Conversation>(session: C, answer: &[u8]) -> String {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = format!("tcp://{}", listener.local_addr().unwrap()).parse().unwrap();
+        let mut client = Client::on(Line::new(address, 9600), vec![9600], session);
+        let began = Instant::now();
+        let mut other = None;
+        loop {
+            assert!(began.elapsed() < Duration::from_secs(20), "it says nothing of it");
+            let told = client.poll(Time::START + began.elapsed()).unwrap_err().to_string();
+            match &other {
+                None if client.line.opened() > 0 => {
+                    let (mut stream, _) = listener.accept().unwrap();
+                    stream.write_all(answer).unwrap();
+                    other = Some(stream);
+                }
+                Some(_) if client.session.unanswered() > 0 && (answer.is_empty() || told.contains("something")) => return told,
+                _ => thread::sleep(Duration::from_millis(2)),
+            }
+        }
+    }
+
+    #[test]
+    fn who_speaks_another_language_is_told_from_nobody() {
+        let profile =
+            arcos::Profile { units: None, acceleration: 0.3, angular_acceleration: 1.7, transducers: 0, max_range: 0.0 };
+        let pioneer = || arcos::Session::new(profile.clone());
+        let create = || oi::Session::new(oi::Profile::new(Model::CREATE_2, &presets::create2().platform()));
+        // A frame of the one's stream, and the other's answer to a greeting.
+        let (frame, greeting) = ([19, 2, 7, 0, 228], [0xFA, 0xFB, 0x03, 0x00, 0x00, 0x00]);
+        assert!(told_of(pioneer(), &frame).ends_with("something answers, but not in ARCOS; is it a Create or Roomba?"));
+        assert!(told_of(create(), &greeting).ends_with("something answers, but not in OI; is it a Pioneer or AmigoBot?"));
+        assert!(told_of(pioneer(), &[]).ends_with("nobody answers; is it on, and does it speak ARCOS?"));
+        assert!(told_of(create(), &[]).ends_with("nobody answers; is it on, and does it speak OI?"));
     }
 }

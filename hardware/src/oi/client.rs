@@ -30,6 +30,9 @@ impl Client {
 }
 
 impl Conversation for Session {
+    const LANGUAGE: &'static str = "OI";
+    const STRANGER: &'static str = "a Pioneer or AmigoBot";
+
     fn begin_anew(&mut self) {
         Session::begin_anew(self);
     }

@@ -105,7 +105,7 @@ impl<P: Ports> Attachment<P> {
     /// Says that the hardware is there, or why it is of no use.
     fn remark(&mut self, state: &HardwareState, out: &mut Outputs) {
         match difference(&state.fingerprint, &self.hardware.fingerprint) {
-            None => self.tell(out, Level::WARN, "the hardware is there"),
+            None => self.tell(out, Level::INFO, "the hardware is there"),
             Some(difference) => {
                 let hint = "start both from the same configuration; until then nothing moves";
                 self.tell(

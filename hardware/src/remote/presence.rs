@@ -86,16 +86,16 @@ impl Behaviour for Presence {
         }
         let driven = self.pulse.is_some() && now.since(self.came) < SILENCE;
         let text = match (self.driven, driven) {
-            (None | Some(false), true) => Some("a mission drives"),
-            (Some(true), false) => Some("the mission is gone; waiting for one"),
+            (None | Some(false), true) => Some((Level::INFO, "a mission drives")),
+            (Some(true), false) => Some((Level::WARN, "the mission is gone; waiting for one")),
             (None, false) if now >= Time::START + PATIENCE => {
-                Some("waiting for a mission: `orienteer run` with this configuration")
+                Some((Level::WARN, "waiting for a mission: `orienteer run` with this configuration"))
             }
             _ => None,
         };
-        if let Some(text) = text {
+        if let Some((level, text)) = text {
             self.driven = Some(driven);
-            out.log(Level::WARN, text);
+            out.log(level, text);
         }
         let Some(epoch) = self.epoch.nanos() else { return };
         self.seq += 1;

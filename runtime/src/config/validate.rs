@@ -44,7 +44,8 @@ pub fn no_names(_: &str) -> Vec<String> {
 pub struct Rules<'a> {
     /// The table's own keys.
     pub schema: &'a Schema,
-    /// Keys that all tables of the sort share (`kind`, `priority`): allowed besides. May not use `$ref`.
+    /// Keys that all tables of the sort share (`kind`, `priority`): allowed besides. May not use `$ref`. Without them, the table is a whole
+    /// file.
     pub common: Option<&'a Schema>,
     /// True for a template: keys may be missing, for whoever is based on it gives them.
     pub partial: bool,

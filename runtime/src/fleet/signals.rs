@@ -12,17 +12,29 @@ use std::{
 use tokio::{
     runtime::{Builder, Runtime},
     signal::unix::{Signal, SignalKind, signal},
-    time::sleep,
+    task::spawn_blocking,
+    time::{sleep, timeout},
 };
 
 use super::FleetControl;
-use crate::recording;
+use crate::{descriptors, recording};
 
 /// Signals that follow one another faster than this are one wish to end: `timeout` and terminals that close send theirs twice.
 const ONE_WISH: Duration = Duration::from_secs(1);
 
+/// Nobody waits longer for a line of the log to be written, or for what is done [before the end](before_exit).
+const MOMENT: Duration = Duration::from_millis(200);
+
 /// Exit code of a program that was told twice to end.
 const INTERRUPTED: i32 = 130;
+
+static LAST: OnceLock<fn(Duration)> = OnceLock::new();
+
+/// What a program does last that a signal ends at once, such as writing the rest of its log. It gives up after the time that it is given.
+/// Only the first call counts.
+pub fn before_exit(last: fn(Duration)) {
+    let _ = LAST.set(last);
+}
 
 /// Listens for whoever wants the program to end.
 #[derive(Debug)]
@@ -99,6 +111,7 @@ fn controls() -> MutexGuard<'static, Vec<FleetControl>> {
 }
 
 fn listen_on_a_thread() -> io::Result<Runtime> {
+    descriptors::check_room_for(1).map_err(io::Error::other)?;
     let thread = Builder::new_multi_thread().worker_threads(1).thread_name("signals").enable_all().build()?;
     let signals = {
         let _inside = thread.enter();
@@ -113,25 +126,36 @@ async fn stop_when_asked(mut signals: Signals) {
         let signal = signals.asked_to_end().await;
         let stopped = controls().clone();
         if stopped.is_empty() {
-            process::exit(INTERRUPTED);
+            exit().await;
         }
-        tracing::info!("{signal}: the mission ends");
+        say(move || tracing::info!("{signal}: ending in good order")).await;
         stopped.iter().for_each(FleetControl::stop);
         sleep(ONE_WISH).await;
         // Heard anew: what came in the meantime belongs to the first wish.
         let Ok(anew) = Signals::listen() else { return };
         signals = anew;
         if controls().iter().any(|control| stopped.iter().any(|other| control.is(other))) {
-            tracing::warn!(
-                "the mission is still ending, maybe a behaviour does not return; Ctrl-C once more ends the program at once"
-            );
+            say(|| tracing::warn!("still ending, maybe a behaviour does not return; Ctrl-C once more ends the program at once"))
+                .await;
             let signal = signals.asked_to_end().await;
-            tracing::error!("{signal} again: the program ends at once");
+            say(move || tracing::error!("{signal} again: the program ends at once")).await;
             // A behaviour that hangs has recorded nothing since, but what led to it is there.
             recording::complete_all(ONE_WISH);
-            process::exit(INTERRUPTED);
+            exit().await;
         }
     }
+}
+
+/// Says something on another thread: whoever reads it may have stopped, and the next signal must be heard all the same.
+async fn say(words: impl FnOnce() + Send + 'static) {
+    let _ = timeout(MOMENT, spawn_blocking(words)).await;
+}
+
+async fn exit() -> ! {
+    if let Some(last) = LAST.get() {
+        let _ = timeout(2 * MOMENT, spawn_blocking(|| last(MOMENT))).await;
+    }
+    process::exit(INTERRUPTED);
 }
 
 /// True if the program was started with this signal ignored, as far as Linux tells.

@@ -18,9 +18,9 @@ use iceoryx2::{
 use super::{
     Backend, BusOptions, LinkError, RobotBus, iox,
     ports::WriterNumber,
-    resources,
     run::{self, Session},
 };
+use crate::descriptors;
 
 /// The links of one run in one process. A cheap handle, to be cloned and sent to where it is needed.
 #[derive(Clone)]
@@ -127,7 +127,7 @@ impl fmt::Debug for Bus {
 }
 
 fn shared(session: Session) -> Result<Fabric, LinkError> {
-    resources::raise_descriptor_limit();
+    descriptors::raise_limit();
     let node = iox::make_node(&session.directory(), &session.prefix())?;
     session.make_private()?;
     Ok(Fabric::Shared { node, reserved: Arc::default(), _session: session })

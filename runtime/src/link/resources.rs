@@ -1,10 +1,9 @@
 //! What shared links use up: descriptors and room on the tmpfs.
 
-use std::{fs::File, path::Path};
-
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use std::path::Path;
 
 use super::LinkError;
+use crate::descriptors;
 
 /// Where POSIX shared memory lies on Linux.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
@@ -13,41 +12,17 @@ pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 const MARGIN: u64 = 1 << 20;
 
 /// Making a topic's service and a pair of ports takes a dozen descriptors at most.
-const DESCRIPTORS_OF_A_TOPIC: usize = 16;
-
-/// Lifts the limit on open files as far as this user may: a robot with shared links needs a dozen for each topic.
-pub(super) fn raise_descriptor_limit() {
-    let limit = getrlimit(Resource::Nofile);
-    if limit.current < limit.maximum || limit.maximum.is_none() {
-        // If it fails, the limit stays, and running into it is reported as such.
-        let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit });
-    }
-}
+const DESCRIPTORS_OF_A_TOPIC: u64 = 16;
 
 /// Finds out why making `what` failed, because iceoryx2 does not say: its `cause` stands if no resource is short.
 pub(super) fn diagnose(what: String, cause: String, place: &Path) -> LinkError {
-    if out_of_descriptors() {
-        let limit = getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX);
-        return LinkError::OutOfDescriptors { what, limit };
+    if descriptors::free(DESCRIPTORS_OF_A_TOPIC) < DESCRIPTORS_OF_A_TOPIC {
+        return LinkError::OutOfDescriptors { what, limit: descriptors::limit() };
     }
     match free_bytes(place) {
         Some(free) if free < MARGIN => LinkError::OutOfSharedMemory { what, place: place.into(), free, needed: MARGIN },
         _ => LinkError::Transport { what, cause },
     }
-}
-
-/// True if the process, or the machine, cannot open as many files as a topic needs.
-fn out_of_descriptors() -> bool {
-    const EMFILE: i32 = 24;
-    const ENFILE: i32 = 23;
-    let mut open = Vec::with_capacity(DESCRIPTORS_OF_A_TOPIC);
-    (0..DESCRIPTORS_OF_A_TOPIC).any(|_| match File::open("/dev/null") {
-        Ok(file) => {
-            open.push(file);
-            false
-        }
-        Err(error) => matches!(error.raw_os_error(), Some(EMFILE | ENFILE)),
-    })
 }
 
 /// Refuses to make `what` if the tmpfs could fill up: a write to a full one kills the process (SIGBUS), it is no error.

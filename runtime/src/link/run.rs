@@ -22,6 +22,7 @@ use std::{
 };
 
 use super::{LinkError, resources::SHARED_MEMORY};
+use crate::descriptors;
 
 /// A socket's name may have 107 bytes. iceoryx2 calls it `<root>/<session>/or<session>_<39 digits>.event`.
 const LONGEST_ROOT: usize = 107 - (1 + SESSION_LENGTH) - (1 + 2 + SESSION_LENGTH + 1) - 39 - 6;
@@ -314,6 +315,10 @@ fn segments(id: &str) -> impl Iterator<Item = PathBuf> {
 fn io_error(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> LinkError {
     let path = path.to_owned();
     move |source| match source.kind() {
+        // It is no fault of the directory.
+        _ if descriptors::is_shortage(&source) => {
+            LinkError::OutOfDescriptors { what: format!("the files of a run in {}", path.display()), limit: descriptors::limit() }
+        }
         io::ErrorKind::PermissionDenied => LinkError::NoPermission { path, reason: format!("cannot {what} it: {source}") },
         _ => LinkError::Io { what, path, source },
     }

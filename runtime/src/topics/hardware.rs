@@ -10,7 +10,7 @@ use crate::time::Time;
 /// The hardware's side: it lives, and how well it hears the mission. Topic `hardware/state`, once a control period.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::HardwareState.v2")]
+#[type_name("orienteer::HardwareState.v3")]
 pub struct HardwareState {
     /// When this was true.
     pub stamp: Time,
@@ -39,7 +39,7 @@ impl Payload for HardwareState {
 /// What tells one robot's configuration from another's, so that a mission does not reckon with a body that is not there.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::Fingerprint.v1")]
+#[type_name("orienteer::Fingerprint.v2")]
 pub struct Fingerprint {
     /// The control period, ns.
     pub period: u64,
@@ -47,7 +47,11 @@ pub struct Fingerprint {
     pub platform: u32,
     /// Checksum of the sonar ring.
     pub ring: u32,
-    /// Checksum of how the base carries out motions, and protects itself.
+    /// Checksum of the base's driver, by its name.
+    pub driver: u32,
+    /// Checksum of how the base carries out relative motions.
+    pub motion: u32,
+    /// Checksum of how the base protects itself.
     pub protection: u32,
     /// Always 0, so that no byte is without a meaning.
     pub reserved: u32,

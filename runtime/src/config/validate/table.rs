@@ -82,9 +82,7 @@ impl<'a> Validator<'a> {
         let what = if value.as_table().is_some() { "table" } else { "key" };
         let message = format!("unknown {what} `{}` in {}", cut(name), at.title());
         let near = suggest::nearest(name, names());
-        let elsewhere = self
-            .belongs(name, at, view)
-            .map(|home| format!("`{name}` belongs in {home}: move it there, or put the missing header above it"));
+        let elsewhere = self.belongs(name, at, view).map(|home| self.way_home(name, at, &home));
         let elsewhere = elsewhere.or_else(|| {
             (self.rules.elsewhere)(name).map(|home| format!("`{name}` is a key of {home}: move it there, or remove it"))
         });
@@ -103,31 +101,55 @@ impl<'a> Validator<'a> {
         self.report_at(&key.span(), message, hint, None);
     }
 
+    /// How a key gets to the table in which it is known.
+    fn way_home(&self, name: &str, at: &At, home: &Home<'_>) -> String {
+        let Home { path, list, view } = home;
+        let about = words::about(view).map_or_else(String::new, |about| format!(" ({about})"));
+        match (self.rules.common.is_some(), at.root) {
+            // Where a part of a file has its header, nobody knows here; a key with a dot is right anywhere.
+            (true, true) if !list => format!("`{name}` belongs in its table `{path}`{about}: write `{path}.{name}`"),
+            (true, _) => format!("`{name}` belongs in `{path}`{about}: move it there"),
+            (false, _) => {
+                let header = if *list { format!("[[{path}]]") } else { format!("[{path}]") };
+                format!("`{name}` belongs in `{header}`: move it there, or put the missing header above it")
+            }
+        }
+    }
+
     /// The table in which a key of this name is known: below this one, or anywhere.
-    fn belongs(&self, name: &str, at: &At, view: &View<'a>) -> Option<String> {
+    fn belongs(&self, name: &str, at: &At, view: &View<'a>) -> Option<Home<'a>> {
         let root = self.rules.schema.as_value();
         home_of(name, view, &at.path, SEARCH_DEPTH).or_else(|| home_of(name, &View::of(root, root), "", SEARCH_DEPTH))
     }
 }
 
-/// The header of the nearest table below a schema that knows the key. `…` stands for a name that people choose.
-fn home_of(name: &str, view: &View<'_>, path: &str, depth: usize) -> Option<String> {
-    let mut level: Vec<(String, bool, View<'_>)> = below(view, path);
+/// A table in which a key is known.
+struct Home<'a> {
+    /// All keys that lead to it; `…` stands for a name that people choose.
+    path: String,
+    /// It is one of a list.
+    list: bool,
+    view: View<'a>,
+}
+
+/// The nearest table below a schema that knows the key.
+fn home_of<'a>(name: &str, view: &View<'a>, path: &str, depth: usize) -> Option<Home<'a>> {
+    let mut level: Vec<Home<'a>> = below(view, path);
     for _ in 0..depth {
         if level.len() > MOST_SEARCHED {
             break;
         }
-        let knows = |view: &View<'_>| view.properties().iter().any(|(key, ..)| *key == name);
-        if let Some((path, list, _)) = level.iter().find(|(.., view)| knows(view)) {
-            return Some(if *list { format!("`[[{path}]]`") } else { format!("`[{path}]`") });
+        let knows = |home: &Home<'_>| home.view.properties().iter().any(|(key, ..)| *key == name);
+        if let Some(place) = level.iter().position(knows) {
+            return Some(level.swap_remove(place));
         }
-        level = level.iter().flat_map(|(path, _, view)| below(view, path)).collect();
+        level = level.iter().flat_map(|home| below(&home.view, &home.path)).collect();
     }
     None
 }
 
-/// The values that a table holds by its schema: path, whether it is a list, and what is in it.
-fn below<'a>(view: &View<'a>, path: &str) -> Vec<(String, bool, View<'a>)> {
+/// The values that a table holds by its schema.
+fn below<'a>(view: &View<'a>, path: &str) -> Vec<Home<'a>> {
     let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     let mut found: Vec<(String, View<'a>)> =
         view.properties().into_iter().map(|(key, root, schema)| (join(key), View::of(root, schema))).collect();
@@ -135,8 +157,8 @@ fn below<'a>(view: &View<'a>, path: &str) -> Vec<(String, bool, View<'a>)> {
         found.push((join("…"), View::of(root, schema)));
     }
     let unlisted = |(path, view): (String, View<'a>)| match view.rooted("items") {
-        Some((root, schema)) => (path, true, View::of(root, schema)),
-        None => (path, false, view),
+        Some((root, schema)) => Home { path, list: true, view: View::of(root, schema) },
+        None => Home { path, list: false, view },
     };
     found.into_iter().map(unlisted).collect()
 }
