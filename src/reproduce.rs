@@ -138,3 +138,8 @@ impl SuiteError {
         Self(error.to_string())
     }
 }
+
+/// dev
+pub fn dev() {
+    detectors::dev();
+}

@@ -50,6 +50,9 @@ const SAME: f64 = 0.016;
 const ONE_WALL: f64 = 0.20;
 /// Who turned by more than this to face a wall has met something else, rad.
 const SKEWED: f64 = 25.0 / 180.0 * std::f64::consts::PI;
+/// A wall that is nearer than this beside the robot is too near, m from the sonar's face; and by how much to turn off then, rad.
+const TOO_NEAR: f64 = 0.30;
+const OFF: f64 = 4.0 / 180.0 * std::f64::consts::PI;
 /// Who has not come on by this, m, for so long is kept from it: the base protects itself.
 const MOVES: f64 = 0.01;
 const STUCK: Duration = Duration::from_secs(3);
@@ -288,15 +291,30 @@ impl Manoeuvre {
         let mut missing = 0;
         let mut wall_ended = !self.is_wall_beside(side).await?;
         if !wall_ended {
+            self.turn_off(side, &self.ring().await?).await?;
             self.cruise(self.config.speed)?;
         }
         while !wall_ended && missing < self.config.tries {
             let Some(ring) = self.ring_within(start + length).await? else { break };
             missing = if wall_beside(&ring, side) == Beside::Wall { 0 } else { missing + 1 };
             wall_ended = missing >= self.config.tries;
+            if missing == 0 && self.turn_off(side, &ring).await? {
+                self.cruise(self.config.speed)?;
+            }
         }
         self.stand().await?;
         Ok(Followed { wall_ended, length: self.travelled()? - start })
+    }
+
+    /// Turns a little off a wall that is too near to be followed: so near, the beams hear the same over several degrees, and an alignment
+    /// leaves the robot on its way into the wall. Says whether it did.
+    async fn turn_off(&self, side: Side, ring: &ClockRing) -> Result<bool, Aborted> {
+        let near = ring[abeam(side)] < TOO_NEAR;
+        if near {
+            self.stand().await?;
+            self.turn(-side.sign() * OFF).await?;
+        }
+        Ok(near)
     }
 
     /// Follows the wall on a side until there is something as near ahead as `front`.

@@ -65,7 +65,7 @@ impl Trouble {
         let ended = if self.waiting { Ended::There } else { Ended::Back };
         if self.told.take().is_some() {
             let state = if self.waiting { "there" } else { "back" };
-            out.log(Level::WARN, format!("the {} is {state}", self.device));
+            out.log(Level::INFO, format!("the {} is {state}", self.device));
         }
         ended
     }
