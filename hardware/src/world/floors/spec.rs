@@ -62,8 +62,8 @@ impl Default for FloorSpec {
             pitch: 9.0,
             jitter: 1.0,
             gap: 6.0,
-            loops: 0.2,
-            dead_ends: 0.5,
+            loops: 0.5,
+            dead_ends: 0.3,
             doors: 0.8,
             door_width: 1.12,
             boxes: 0.0,
@@ -202,7 +202,9 @@ impl FloorError {
             Self::NoWidth => "1.12 m is usual".to_owned(),
             Self::TooSmall => "give it two columns or two rows at least".to_owned(),
             Self::Pitch { jitter, widest, gap, .. } => {
-                format!("a pitch of {} m would do, or a smaller gap, jitter or corridor width", gap + widest + jitter)
+                // Up to the next centimetre, whatever the sum's last bits are.
+                let least = (100.0 * (gap + widest + jitter) - 1e-6).ceil() / 100.0;
+                format!("a pitch of {least} m would do, or a smaller gap, jitter or corridor width")
             }
             Self::TooFar { .. } => "take fewer columns or rows, or a smaller pitch".to_owned(),
             Self::TooFewPlaces { .. } => "ask for fewer places, or take a smaller pitch".to_owned(),
