@@ -313,9 +313,9 @@ pub(crate) struct FloorArguments {
     /// Corridors with a box in them
     #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().boxes)]
     pub boxes: f64,
-    /// Least room beside a box
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().passage)]
-    pub passage: f64,
+    /// No box is nearer to a centre line
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().berth)]
+    pub berth: f64,
     /// No box is nearer to a place
     #[arg(long, value_name = "M", default_value_t = FloorSpec::default().clear)]
     pub clear: f64,

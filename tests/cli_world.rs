@@ -8,7 +8,7 @@ use std::{fs, path::Path};
 use cli_support::{call, fits};
 use orienteer::hardware::world::{
     World,
-    floors::{Floor, FloorSpec, Hypothesis, Truth, Width},
+    floors::{Flank, Floor, FloorSpec, Hypothesis, Truth, View, Width},
     plan::WorldPlan,
 };
 use serde_json::Value;
@@ -25,7 +25,7 @@ fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
 fn mission(place: &str) -> String {
     format!(
         "[mission]\nname = \"tour\"\nlinks = \"direct\"\nduration = 2\n[world]\nfile = \"floor.toml\"\n[[robot]]\nname = \"huey\"\n\
-         base = {{ driver = \"sim\" }}\nsonar = {{ driver = \"sim\" }}\nstart = {{ place = \"{place}\" }}\n\
+         base = {{ driver = \"sim\", platform = \"b12-huey\" }}\nsonar = {{ driver = \"sim\", ring = \"denning-16\" }}\nstart = {{ place = \"{place}\" }}\n\
          [robot.agent.where-am-i]\n[robot.agent.avoidance]\n[robot.agent.corridor-follower]\n"
     )
 }
@@ -96,6 +96,35 @@ fn each_junction_is_printed_and_a_mission_starts_there() {
     assert!(code == 0 && out.contains("is sound"), "{out}{errors}");
 }
 
+/// The corridor follower knows nothing of how junctions are made. From 6 m before the start pose of any of them it stops there, and
+/// says on which side it is open.
+#[test]
+fn a_robot_stops_at_the_start_pose_of_each_junction() {
+    let folder = tempfile::tempdir().unwrap();
+    let follower =
+        mission("approach").replace("follower]", "follower]\nautostart = true").replace("duration = 2", "duration = 60");
+    fs::write(folder.path().join("tour.toml"), follower).unwrap();
+    for hypothesis in Hypothesis::ALL {
+        let (code, ..) = call(folder.path(), &["world", "--junction", hypothesis.id(), "--out", "floor.toml", "--force"]);
+        assert_eq!(code, 0);
+        let (code, _, errors) = call(folder.path(), &["run", "tour.toml", "--no-record", "-v"]);
+        assert_eq!(code, 0, "{errors}");
+        let open = |flank: Flank| flank != Flank::Wall;
+        let View { left, right, .. } = hypothesis.view();
+        let sides = match (open(left), open(right)) {
+            (true, true) => "Both",
+            (true, false) => "Left",
+            (false, true) => "Right",
+            (false, false) => "DeadEnd",
+        };
+        let said = errors.split_once("corridor-follower: ").unwrap().1;
+        let words: Vec<&str> = said.split_whitespace().collect();
+        assert_eq!((words[0], words[1], words[3]), (sides, "after", "m"), "{hypothesis}: {said}");
+        let driven: f64 = words[2].parse().unwrap();
+        assert!((driven - 6.0).abs() < 0.1, "{hypothesis}: {said}");
+    }
+}
+
 #[test]
 fn what_cannot_be_made_is_refused_with_a_hint() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,7 +137,7 @@ fn what_cannot_be_made_is_refused_with_a_hint() {
     refused(&["--places", "0"], &["number of places"]);
     refused(&["--places", "9", "--columns", "3"], &["--columns"]);
     refused(&["--people", "400"], &["400 people", "fewer people"]);
-    refused(&["--boxes", "1", "--passage", "1.1"], &["wide enough", "narrower passage"]);
+    refused(&["--boxes", "1", "--berth", "0.5"], &["wide enough", "smaller berth"]);
     refused(&["--corridor-width", "wide"], &["1-1.5"]);
     refused(&["--corridor-width", "0.1"], &["0.8 to 5"]);
     refused(&["--corridor-width", "2-1"], &["empty", "smaller width first"]);

@@ -96,7 +96,7 @@ impl FloorArguments {
             doors: self.doors,
             door_width: self.door_width,
             boxes: self.boxes,
-            passage: self.passage,
+            berth: self.berth,
             clear: self.clear,
             people: self.people,
         }

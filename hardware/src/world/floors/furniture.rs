@@ -45,13 +45,13 @@ impl Crate {
     pub fn draw(passage: &Passage, spec: &FloorSpec, random: &mut impl Rng) -> Option<Self> {
         let (wanted, left) = (random.random_bool(spec.boxes), random.random_bool(0.5));
         let [length, depth, place]: [f64; 3] = std::array::from_fn(|_| random.random());
-        let deepest = DEEPEST.min(passage.width - spec.passage);
+        let deepest = DEEPEST.min(0.5 * passage.width - spec.berth);
         let length = cm(LENGTH.start() + length * (LENGTH.end() - LENGTH.start()));
         let room = passage.length - 2.0 * spec.clear - length;
         if !wanted || room < 0.0 || deepest < SHALLOWEST_BOX - 1e-9 {
             return None;
         }
-        // Whole centimetres, and never a millimetre deeper than the passage allows.
+        // Whole centimetres, and never a millimetre deeper than the berth allows.
         let depth = (100.0 * (SHALLOWEST_BOX + depth * (deepest - SHALLOWEST_BOX)) + 1e-6).floor() / 100.0;
         let side = if left { passage.heading.left() } else { passage.heading.right() };
         Some(Self { side, at: spec.clear + 0.5 * length + place * room, length, depth })

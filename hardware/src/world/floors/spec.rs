@@ -43,8 +43,9 @@ pub struct FloorSpec {
     pub door_width: f64,
     /// Share of corridors, from place to place, in which a box stands.
     pub boxes: f64,
-    /// Least room beside a box, 0.7 to 5.
-    pub passage: f64,
+    /// No box is nearer to the centre line of its corridor, 0.2 to 2.5. A robot of 0.3 m radius that keeps to the middle goes
+    /// straight past at 0.42.
+    pub berth: f64,
     /// No box stands nearer to the mouth of a place, 0 to 20.
     pub clear: f64,
     /// People, each walking up and down a corridor of their own from place to place.
@@ -67,7 +68,7 @@ impl Default for FloorSpec {
             doors: 0.8,
             door_width: 1.12,
             boxes: 0.0,
-            passage: 0.9,
+            berth: 0.42,
             clear: 2.0,
             people: 0,
         }
@@ -175,12 +176,12 @@ pub enum FloorError {
         most: usize,
     },
     /// No box is shallow enough.
-    #[error("no corridor is wide enough for a box: {widest} m, less a passage of {passage} m, leaves less than 0.1 m")]
+    #[error("no corridor is wide enough for a box: half of {widest} m, less a berth of {berth} m, leaves less than 0.1 m")]
     NoRoomForBoxes {
         /// Width of the widest corridor, m.
         widest: f64,
-        /// Room to be left beside a box, m.
-        passage: f64,
+        /// How far off the centre line a box is to be, m.
+        berth: f64,
     },
     /// More people than corridors.
     #[error("{people} people need a corridor each, and this floor has {corridors} from place to place")]
@@ -208,7 +209,7 @@ impl FloorError {
             }
             Self::TooFar { .. } => "take fewer columns or rows, or a smaller pitch".to_owned(),
             Self::TooFewPlaces { .. } => "ask for fewer places, or take a smaller pitch".to_owned(),
-            Self::NoRoomForBoxes { .. } => "take a wider corridor or a narrower passage".to_owned(),
+            Self::NoRoomForBoxes { .. } => "take a wider corridor or a smaller berth".to_owned(),
             Self::Crowded { .. } => "ask for fewer people, or for a larger floor".to_owned(),
         }
     }
@@ -231,7 +232,7 @@ impl FloorSpec {
         within("the share of doors", self.doors, 0.0, 1.0)?;
         within("the door width", self.door_width, 0.6, 3.0)?;
         within("the share of boxes", self.boxes, 0.0, 1.0)?;
-        within("the passage", self.passage, 0.7, 5.0)?;
+        within("the berth", self.berth, 0.2, 2.5)?;
         within("the clear zone", self.clear, 0.0, 20.0)?;
         self.check_widths()?;
         self.check_size()
@@ -248,9 +249,9 @@ impl FloorSpec {
                 return Err(FloorError::EmptyRange { from, to });
             }
         }
-        let (widest, passage) = (self.widest(), self.passage);
-        if self.boxes > 0.0 && widest - passage < SHALLOWEST_BOX {
-            return Err(FloorError::NoRoomForBoxes { widest, passage });
+        let (widest, berth) = (self.widest(), self.berth);
+        if self.boxes > 0.0 && 0.5 * widest - berth < SHALLOWEST_BOX {
+            return Err(FloorError::NoRoomForBoxes { widest, berth });
         }
         Ok(())
     }
@@ -313,7 +314,7 @@ mod tests {
         assert!(refused(|spec| spec.corridor_width = vec![Width::Exactly(f64::INFINITY)]).contains("inf"));
         assert!(refused(|spec| (spec.columns, spec.rows) = (1, 1)).contains("single crossing"));
         assert!(refused(|spec| (spec.columns, spec.pitch) = (40, 60.0)).contains("500 m"));
-        assert!(refused(|spec| (spec.boxes, spec.passage) = (0.5, 1.1)).contains("box"));
+        assert!(refused(|spec| (spec.boxes, spec.berth) = (0.5, 0.5)).contains("box"));
     }
 
     #[test]
