@@ -6,6 +6,7 @@ mod hardware;
 mod list;
 mod log;
 mod map;
+mod new_files;
 mod progress;
 mod refusal;
 mod reproduce;
@@ -16,13 +17,17 @@ mod summary;
 mod table;
 mod verify;
 mod why;
+mod world;
 
 use std::{path::PathBuf, process::ExitCode};
 
 use crate::{
     Registry,
     emulate::{Language, Start},
-    hardware::line::mind_if_asked,
+    hardware::{
+        line::mind_if_asked,
+        world::floors::{FloorSpec, Hypothesis, Width},
+    },
     reproduce::SUITES,
     runtime::{config::mission::MOST_THREADS, fleet::before_exit},
 };
@@ -116,6 +121,8 @@ enum Command {
     Verify(VerifyArguments),
     /// Draw the map from a recording
     Map(MapArguments),
+    /// Make a floor of corridors, or a single junction, as a world file
+    World(WorldArguments),
     /// Emulate a real robot at a port, for drivers
     Emulate(EmulateArguments),
     /// Repeat experiments and compare their figures with their goals
@@ -136,7 +143,7 @@ impl Command {
             Command::Why(arguments) => arguments.json,
             Command::Reproduce(arguments) => arguments.json,
             Command::Emulate(arguments) => arguments.json.is_some(),
-            Command::Hardware(_) | Command::Schema(_) | Command::Verify(_) | Command::Map(_) => false,
+            Command::Hardware(_) | Command::Schema(_) | Command::Verify(_) | Command::Map(_) | Command::World(_) => false,
         }
     }
 }
@@ -253,6 +260,85 @@ pub(crate) struct MapArguments {
     pub out: PathBuf,
 }
 
+/// What `world` takes.
+#[derive(Debug, Args)]
+pub(crate) struct WorldArguments {
+    /// Another seed, another world
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Write the world to this file, not to standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write what is true of it to this file, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+    /// Draw it into this file, as PNG
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// Write over files that are there
+    #[arg(long)]
+    pub force: bool,
+    /// One place only: H1 to H12 (Randazza 1989) or dead-end
+    #[arg(long, value_name = "KIND", conflicts_with = "FloorArguments")]
+    pub junction: Option<Hypothesis>,
+    /// Its measures may be this share off, up to 0.1
+    #[arg(long, value_name = "SHARE", requires = "junction", value_parser = world::perturbation)]
+    pub perturb: Option<f64>,
+    #[command(flatten)]
+    pub floor: FloorArguments,
+}
+
+/// What a floor shall be like.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "What a floor is like, in metres and shares of 1")]
+pub(crate) struct FloorArguments {
+    /// At least so many places, on a grid that fits
+    #[arg(long, value_name = "N", conflicts_with_all = ["columns", "rows"])]
+    pub places: Option<u32>,
+    /// Corridors from north to south
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().columns)]
+    pub columns: u32,
+    /// Corridors from east to west
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().rows)]
+    pub rows: u32,
+    /// Widths; 1-1.5 is any between
+    #[arg(long, value_name = "M,..", value_delimiter = ',', default_value = "1.12")]
+    pub corridor_width: Vec<Width>,
+    /// From corridor to corridor
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().pitch)]
+    pub pitch: f64,
+    /// The pitch may be so much off
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().jitter)]
+    pub jitter: f64,
+    /// Least wall from place to place
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().gap)]
+    pub gap: f64,
+    /// Edges kept that close loops
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().loops)]
+    pub loops: f64,
+    /// Crossings that may be dead ends
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().dead_ends)]
+    pub dead_ends: f64,
+    /// Doorways, where there is room
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().doors)]
+    pub doors: f64,
+    /// Width of doorways
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().door_width)]
+    pub door_width: f64,
+    /// Corridors with a box in them
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().boxes)]
+    pub boxes: f64,
+    /// No box is nearer to a centre line
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().berth)]
+    pub berth: f64,
+    /// No box is nearer to a place
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().clear)]
+    pub clear: f64,
+    /// People who walk in corridors
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().people)]
+    pub people: u32,
+}
+
 /// What `emulate` takes.
 #[derive(Debug, Args)]
 #[command(after_help = EMULATORS)]
@@ -332,6 +418,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Command::Why(arguments) => why::why(&arguments, registry),
         Command::Verify(arguments) => verify::verify(&arguments, registry),
         Command::Map(arguments) => map::map(&arguments, registry),
+        Command::World(arguments) => world::world(&arguments),
         Command::Emulate(arguments) => emulate::emulate(&arguments),
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
     };

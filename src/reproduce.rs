@@ -138,8 +138,3 @@ impl SuiteError {
         Self(error.to_string())
     }
 }
-
-/// dev
-pub fn dev() {
-    detectors::dev();
-}

@@ -103,7 +103,7 @@ fn a_reader_may_stop_reading() {
 
 #[test]
 fn help_fits_and_tells_the_exit_codes() {
-    for command in ["", "run", "hardware", "check", "schema", "list", "why", "verify", "map", "emulate", "reproduce"] {
+    for command in ["", "run", "hardware", "check", "schema", "list", "why", "verify", "map", "world", "emulate", "reproduce"] {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
         let (code, out, _) = call(repository(), &arguments);
         assert_eq!(code, 0);

@@ -26,12 +26,14 @@
 //! * [`people`]: those who walk about
 //! * [`disc_grid`]: which of all that move stand near
 //! * [`draw`]: a picture of it all
+//! * [`floors`]: floors of corridors, made from a seed, with what is true of them
 
 mod build;
 mod check;
 pub mod disc_grid;
 pub mod draw;
 mod error;
+pub mod floors;
 pub mod geometry;
 pub mod map;
 pub mod obstacles;
