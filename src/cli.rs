@@ -24,10 +24,7 @@ use std::{path::PathBuf, process::ExitCode};
 use crate::{
     Registry,
     emulate::{Language, Start},
-    hardware::{
-        line::mind_if_asked,
-        world::floors::{FloorSpec, Hypothesis, Width},
-    },
+    hardware::{line::mind_if_asked, world::floors::Hypothesis},
     reproduce::SUITES,
     runtime::{config::mission::MOST_THREADS, fleet::before_exit},
 };
@@ -285,58 +282,7 @@ pub(crate) struct WorldArguments {
     #[arg(long, value_name = "SHARE", requires = "junction", value_parser = world::perturbation)]
     pub perturb: Option<f64>,
     #[command(flatten)]
-    pub floor: FloorArguments,
-}
-
-/// What a floor shall be like.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "What a floor is like, in metres and shares of 1")]
-pub(crate) struct FloorArguments {
-    /// At least so many places, on a grid that fits
-    #[arg(long, value_name = "N", conflicts_with_all = ["columns", "rows"])]
-    pub places: Option<u32>,
-    /// Corridors from north to south
-    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().columns)]
-    pub columns: u32,
-    /// Corridors from east to west
-    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().rows)]
-    pub rows: u32,
-    /// Widths; 1-1.5 is any between
-    #[arg(long, value_name = "M,..", value_delimiter = ',', default_value = "1.12")]
-    pub corridor_width: Vec<Width>,
-    /// From corridor to corridor
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().pitch)]
-    pub pitch: f64,
-    /// The pitch may be so much off
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().jitter)]
-    pub jitter: f64,
-    /// Least wall from place to place
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().gap)]
-    pub gap: f64,
-    /// Edges kept that close loops
-    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().loops)]
-    pub loops: f64,
-    /// Crossings that may be dead ends
-    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().dead_ends)]
-    pub dead_ends: f64,
-    /// Doorways, where there is room
-    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().doors)]
-    pub doors: f64,
-    /// Width of doorways
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().door_width)]
-    pub door_width: f64,
-    /// Corridors with a box in them
-    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().boxes)]
-    pub boxes: f64,
-    /// No box is nearer to a centre line
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().berth)]
-    pub berth: f64,
-    /// No box is nearer to a place
-    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().clear)]
-    pub clear: f64,
-    /// People who walk in corridors
-    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().people)]
-    pub people: u32,
+    pub floor: world::FloorArguments,
 }
 
 /// What `emulate` takes.

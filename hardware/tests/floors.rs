@@ -170,6 +170,24 @@ proptest! {
     }
 
     #[test]
+    fn rooms_have_walls_all_round_but_for_their_doors(seed: u64, spec in specs()) {
+        let Some(floor) = floor(seed, &FloorSpec { doors: 1.0, people: 0, boxes: 0.0, ..spec }) else { return Ok(()) };
+        let world = load(&floor.plan);
+        for room in &floor.plan.room {
+            let [low, high] = [room.corners[0].point(), room.corners[1].point()];
+            let door = &room.doors[0];
+            let steps = |from: f64, to: f64| (0..=((to - from) / 0.05) as u32).map(move |i| from + 0.05 * f64::from(i));
+            let across = steps(low.x, high.x).flat_map(|x| [low.y - 0.07, high.y + 0.07].map(|y| Point2::new(x, y)));
+            let along = steps(low.y, high.y).flat_map(|y| [low.x - 0.07, high.x + 0.07].map(|x| Point2::new(x, y)));
+            for point in across.chain(along) {
+                let off = (point - door.at.point()).abs();
+                let in_door = off.x.max(off.y) < 0.5 * door.width + 1e-6 && off.x.min(off.y) < 0.08;
+                prop_assert!(in_door || !world.is_free(point), "{room:?} is open at {point}");
+            }
+        }
+    }
+
+    #[test]
     fn what_a_place_is_called_is_what_its_walls_make_it(seed: u64, columns in 2..6_u32, rows in 2..5_u32, pitch in 9.0..20.0) {
         let floor = Floor::generate(seed, &FloorSpec { columns, rows, pitch, doors: 1.0, ..FloorSpec::default() }).unwrap();
         let world = load(&floor.plan);

@@ -2,13 +2,14 @@
 
 use std::{fmt::Write as _, io, path::PathBuf};
 
+use clap::Args;
 use image::{ImageFormat, Rgb};
 use serde::Serialize;
 
 use crate::{
     hardware::world::{
         World, draw,
-        floors::{Floor, FloorError, FloorSpec, MOST_PERTURBED, Perturbation, junction_world},
+        floors::{Floor, FloorError, FloorSpec, MOST_PERTURBED, Perturbation, Width, junction_world},
         geometry::Disc,
         plan::WorldPlan,
     },
@@ -16,15 +17,67 @@ use crate::{
 };
 
 use super::{
-    FloorArguments, Outcome, Refusal, WorldArguments,
+    Outcome, Refusal, WorldArguments,
     new_files::{self, NewFile},
     style::{self, Paint},
 };
 
-/// Metres per pixel of a picture.
+/// Metres per pixel of a picture, unless it would get larger than this many pixels.
 const RESOLUTION: f64 = 0.05;
+const MOST_PIXELS: f64 = 4000.0;
 /// How places look in it, and their radius, m.
 const PLACE: (Rgb<u8>, f64) = (Rgb([200, 60, 40]), 0.2);
+
+/// What a floor shall be like.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "What a floor is like, in metres and shares of 1")]
+pub struct FloorArguments {
+    /// At least so many places, on a grid that fits
+    #[arg(long, value_name = "N", conflicts_with_all = ["columns", "rows"])]
+    places: Option<u32>,
+    /// Corridors from north to south
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().columns)]
+    columns: u32,
+    /// Corridors from east to west
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().rows)]
+    rows: u32,
+    /// Widths; 1-1.5 is any between
+    #[arg(long, value_name = "M,..", value_delimiter = ',', default_value = "1.12")]
+    corridor_width: Vec<Width>,
+    /// From corridor to corridor
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().pitch)]
+    pitch: f64,
+    /// The pitch may be so much off
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().jitter)]
+    jitter: f64,
+    /// Least wall from place to place
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().gap)]
+    gap: f64,
+    /// Edges kept that close loops
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().loops)]
+    loops: f64,
+    /// Crossings that may be dead ends
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().dead_ends)]
+    dead_ends: f64,
+    /// Doorways, where there is room
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().doors)]
+    doors: f64,
+    /// Width of doorways
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().door_width)]
+    door_width: f64,
+    /// Corridors with a box in them
+    #[arg(long, value_name = "SHARE", default_value_t = FloorSpec::default().boxes)]
+    boxes: f64,
+    /// No box is nearer to a centre line
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().berth)]
+    berth: f64,
+    /// No box is nearer to a place
+    #[arg(long, value_name = "M", default_value_t = FloorSpec::default().clear)]
+    clear: f64,
+    /// People who walk in corridors
+    #[arg(long, value_name = "N", default_value_t = FloorSpec::default().people)]
+    people: u32,
+}
 
 /// Makes a world and writes it, with what is true of it.
 pub fn world(arguments: &WorldArguments) -> Result<Outcome, Refusal> {
@@ -121,7 +174,8 @@ fn json(truth: &impl Serialize) -> Result<String, Refusal> {
 }
 
 fn picture(world: &World) -> Result<Vec<u8>, Refusal> {
-    let mut canvas = draw::outline(&world.outline, RESOLUTION);
+    let resolution = RESOLUTION.max(world.outline.bounds.size().max() / MOST_PIXELS);
+    let mut canvas = draw::outline(&world.outline, resolution);
     for place in &world.places {
         canvas.disc(Disc::new(place.pose.point(), PLACE.1), PLACE.0);
     }
