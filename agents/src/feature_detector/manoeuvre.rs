@@ -53,6 +53,9 @@ const SKEWED: f64 = 25.0 / 180.0 * std::f64::consts::PI;
 /// A wall that is nearer than this beside the robot is too near, m from the sonar's face; and by how much to turn off then, rad.
 const TOO_NEAR: f64 = 0.30;
 const OFF: f64 = 4.0 / 180.0 * std::f64::consts::PI;
+/// So often a base that is kept from going on beside a wall this near, m from the sonar's face, is steered off it.
+const NEAR: f64 = 0.36;
+const BLOCKED: u32 = 2;
 /// Who has not come on by this, m, for so long is kept from it: the base protects itself.
 const MOVES: f64 = 0.01;
 const STUCK: Duration = Duration::from_secs(3);
@@ -217,9 +220,11 @@ impl Manoeuvre {
         Ok(side.sign() * (self.ring().await?[abeam(side)] + self.face()))
     }
 
-    /// Brings the robot parallel to the wall on a side.
+    /// Brings the robot parallel to the wall on a side, or a little off it if that is too near.
     pub async fn align_beside(&self, side: Side) -> Result<(), Ended> {
-        self.align(abeam(side), false).await.map(|_| ())
+        self.align(abeam(side), false).await?;
+        self.turn_off(side, &self.ring().await?).await?;
+        Ok(())
     }
 
     /// Brings the robot perpendicular to the wall ahead.
@@ -288,14 +293,23 @@ impl Manoeuvre {
     /// Follows the wall on a side for a length, or until it ends.
     pub async fn follow(&self, side: Side, length: f64) -> Result<Followed, Aborted> {
         let start = self.travelled()?;
-        let mut missing = 0;
+        let (mut missing, mut blocked) = (0, 0);
         let mut wall_ended = !self.is_wall_beside(side).await?;
         if !wall_ended {
-            self.turn_off(side, &self.ring().await?).await?;
             self.cruise(self.config.speed)?;
         }
         while !wall_ended && missing < self.config.tries {
-            let Some(ring) = self.ring_within(start + length).await? else { break };
+            let ring = match self.ring_within(start + length).await {
+                // By the wall that it follows, or by something else?
+                Err(Aborted::Blocked) if blocked < BLOCKED && self.ring().await?[abeam(side)] < NEAR => {
+                    blocked += 1;
+                    self.steer_off(side).await?;
+                    self.cruise(self.config.speed)?;
+                    continue;
+                }
+                ring => ring?,
+            };
+            let Some(ring) = ring else { break };
             missing = if wall_beside(&ring, side) == Beside::Wall { 0 } else { missing + 1 };
             wall_ended = missing >= self.config.tries;
             if missing == 0 && self.turn_off(side, &ring).await? {
@@ -311,10 +325,14 @@ impl Manoeuvre {
     async fn turn_off(&self, side: Side, ring: &ClockRing) -> Result<bool, Aborted> {
         let near = ring[abeam(side)] < TOO_NEAR;
         if near {
-            self.stand().await?;
-            self.turn(-side.sign() * OFF).await?;
+            self.steer_off(side).await?;
         }
         Ok(near)
+    }
+
+    async fn steer_off(&self, side: Side) -> Result<(), Aborted> {
+        self.stand().await?;
+        self.turn(-side.sign() * OFF).await
     }
 
     /// Follows the wall on a side until there is something as near ahead as `front`.
