@@ -8,8 +8,11 @@ mod place;
 mod trial;
 
 use super::{Effort, Row, Suite, SuiteError, in_parallel};
-use crate::runtime::topics::{FeatureKind, FeatureOutcome};
-use place::{FEATURES, PLACES};
+use crate::{
+    hardware::world::floors::Hypothesis,
+    runtime::topics::{FeatureKind, FeatureOutcome},
+};
+use place::{FEATURES, PLACES, has};
 use trial::{Seen, Trial};
 
 pub(super) const SUITE: Suite =
@@ -17,28 +20,31 @@ pub(super) const SUITE: Suite =
 
 /// Seeds from here on were not looked at while the detectors were made.
 const FIRST_SEED: u64 = 1001;
-const CELLS: u64 = (PLACES.len() * FEATURES.len()) as u64;
+const CELLS: u64 = (PLACES * FEATURES.len()) as u64;
 /// Cells at which the robot's way leads through a wall (place, feature).
-const BLOCKED: [(u32, &str); 18] = [
-    (5, "FRC"),
-    (6, "FRC"),
-    (7, "FRC"),
-    (8, "FRC"),
-    (1, "FLC"),
-    (2, "FLC"),
-    (3, "FLC"),
-    (4, "FLC"),
-    (2, "FRE"),
-    (6, "FRE"),
-    (11, "FRE"),
-    (2, "FLE"),
-    (6, "FLE"),
-    (11, "FLE"),
-    (2, "WL"),
-    (6, "WR"),
-    (2, "WA"),
-    (6, "WA"),
-];
+const BLOCKED: [(Hypothesis, &str); 18] = {
+    use Hypothesis::{H1, H2, H3, H4, H5, H6, H7, H8, H11};
+    [
+        (H5, "FRC"),
+        (H6, "FRC"),
+        (H7, "FRC"),
+        (H8, "FRC"),
+        (H1, "FLC"),
+        (H2, "FLC"),
+        (H3, "FLC"),
+        (H4, "FLC"),
+        (H2, "FRE"),
+        (H6, "FRE"),
+        (H11, "FRE"),
+        (H2, "FLE"),
+        (H6, "FLE"),
+        (H11, "FLE"),
+        (H2, "WL"),
+        (H6, "WR"),
+        (H2, "WA"),
+        (H6, "WA"),
+    ]
+};
 
 /// What a cell is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,18 +59,18 @@ enum Cell {
 
 fn cell(trial: &Trial) -> Cell {
     let (name, kind, whereabouts) = FEATURES[trial.feature];
-    if trial.place.has(kind, whereabouts) {
+    if has(trial.place, kind, whereabouts) {
         Cell::Present
-    } else if BLOCKED.contains(&(trial.place.number, name)) {
+    } else if BLOCKED.contains(&(trial.place, name)) {
         Cell::Blocked
     } else {
         Cell::Absent
     }
 }
 
-fn trial(number: u64, make: impl Fn(place::Place, usize) -> Trial) -> Trial {
-    let (place, feature) = (number as usize / FEATURES.len() % PLACES.len(), number as usize % FEATURES.len());
-    make(PLACES[place], feature)
+fn trial(number: u64, make: impl Fn(Hypothesis, usize) -> Trial) -> Trial {
+    let (place, feature) = (number as usize / FEATURES.len() % PLACES, number as usize % FEATURES.len());
+    make(Hypothesis::ALL[place], feature)
 }
 
 fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {

@@ -6,28 +6,26 @@ use orienteer_runtime::{
     time::Time,
     topics::{FeatureOutcome, FeatureReport, FeatureRequest, PoseEstimate},
 };
-use rand::RngExt;
 use rand_distr::{Distribution, Normal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    super::SuiteError,
-    place::{FEATURES, Lengths, NOMINAL, Place},
-};
+use super::{super::SuiteError, place::FEATURES};
 use crate::{
     Registry,
     agents::feature_detector::{Clockwork, Reckoning},
+    hardware::world::floors::{Hypothesis, MOST_PERTURBED, Perturbation, junction_world},
     mission::{self, Recording, RunOptions},
 };
 
 /// One trial.
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
-    pub place: Place,
+    /// Where.
+    pub place: Hypothesis,
     /// Which of the [`FEATURES`].
     pub feature: usize,
-    lengths: Lengths,
+    perturbation: Perturbation,
     /// Where the robot stands, off the start pose: m to the right, m ahead, degrees to the left.
     off: (f64, f64, f64),
     noisy: bool,
@@ -47,32 +45,32 @@ pub(super) struct Seen {
 
 /// How far off its start pose the robot is, one standard deviation: cm in either direction, degrees.
 const OFF: (f64, f64) = (0.05, 2.0);
-/// By which share widths differ from the nominal at most.
-const PERTURBED: f64 = 0.1;
+/// Randazza's corridors, m wide.
+const WIDTH: f64 = 1.12;
 /// No detector takes longer, s.
 const LONGEST: f64 = 900.0;
 
 impl Trial {
     /// In the nominal world, from the very start pose, with sonars and wheels that do not err.
-    pub fn exact(place: Place, feature: usize) -> Self {
-        Self { place, feature, lengths: NOMINAL, off: (0.0, 0.0, 0.0), noisy: false, seed: 1 }
+    pub fn exact(place: Hypothesis, feature: usize) -> Self {
+        Self { place, feature, perturbation: Perturbation::NONE, off: (0.0, 0.0, 0.0), noisy: false, seed: 1 }
     }
 
     /// In a world and from a pose that this seed perturbs, with all noise on.
-    pub fn perturbed(place: Place, feature: usize, seed: u64) -> Self {
-        let name = format!("{} {feature}", place.number);
+    pub fn perturbed(place: Hypothesis, feature: usize, seed: u64) -> Self {
+        let name = format!("{place} {feature}");
         let mut random = Streams::new(seed).stream(&name, "trial");
-        let mut about = |length: f64| length * (1.0 + random.random_range(-PERTURBED..PERTURBED));
-        let lengths = Lengths { corridor: about(NOMINAL.corridor), branch: about(NOMINAL.branch) };
+        let perturbation = Perturbation::draw(MOST_PERTURBED, &mut random);
         let mut normal = |deviation: f64| Normal::new(0.0, deviation).map_or(0.0, |normal| normal.sample(&mut random));
         let off = (normal(OFF.0), normal(OFF.0), normal(OFF.1));
-        Self { place, feature, lengths, off, noisy: true, seed }
+        Self { place, feature, perturbation, off, noisy: true, seed }
     }
 
     /// Runs it.
     pub fn run(&self) -> Result<Seen, SuiteError> {
         let registry = Registry::standard().with_agent::<Asker>();
-        let files = [("trial.toml".to_owned(), self.mission()), ("world.toml".to_owned(), self.place.world(self.lengths))];
+        let world = junction_world(self.place, &self.perturbation).map_err(SuiteError::from_display)?.text();
+        let files = [("trial.toml".to_owned(), self.mission()), ("world.toml".to_owned(), world)];
         let files = files.map(|(name, text)| (name, text.into_bytes()));
         let loaded = mission::load_files(files, "trial.toml", &registry).map_err(SuiteError::from_display)?;
         let options = RunOptions { threads: Some(1), record: Recording::Off, ..RunOptions::default() };
@@ -88,7 +86,7 @@ impl Trial {
             took: fact("took"),
             collisions: fact("collisions") as u32,
         };
-        tracing::debug!(place = self.place.number, feature = FEATURES[self.feature].0, seed = self.seed, ?result, "detector run");
+        tracing::debug!(place = self.place.id(), feature = FEATURES[self.feature].0, seed = self.seed, ?result, "detector run");
         Ok(result)
     }
 
@@ -131,7 +129,7 @@ width = {width:?}
             seed = self.seed,
             heading = 90.0 + left,
             feature = self.feature,
-            width = self.lengths.corridor,
+            width = WIDTH * self.perturbation.corridor,
         )
     }
 }
