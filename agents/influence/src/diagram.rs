@@ -35,7 +35,7 @@ pub enum Memory {
 /// A checked influence diagram. Without decisions and utilities it is a Bayesian network.
 ///
 /// Questions about a node of another diagram are answered as if it had no name, no states and no table.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Diagram {
     name: String,
     memory: Memory,
@@ -102,7 +102,7 @@ impl Diagram {
         self.variables().filter_map(|variable| self.as_chance(variable))
     }
 
-    /// The decisions, in the order in which they were added. When they are made is another matter: see there.
+    /// The decisions, in the order in which they were added. When they are made is another matter.
     pub fn decisions(&self) -> impl Iterator<Item = DecisionId> {
         self.variables().filter_map(|variable| self.as_decision(variable))
     }
@@ -183,7 +183,7 @@ impl Diagram {
         }
     }
 
-    /// New numbers for a chance node; the structure stays, so whatever was [planned](crate::diagram) for it goes on to hold.
+    /// New numbers for a chance node; the structure stays, so whatever was [planned](crate::Plan) for it goes on to hold.
     ///
     /// # Errors
     /// A [`Fault`] as for a table in a builder. The diagram is then as it was.
@@ -222,6 +222,12 @@ impl Diagram {
         let node = &mut self.variables[variable.0];
         (node.parents, node.table) = (parents, Some(table));
         self.order = graph::order(&self);
+        self
+    }
+
+    /// The same diagram, in which this variable is a decision that sees its parents.
+    pub(crate) fn with_decision(mut self, variable: VariableId) -> Self {
+        self.variables[variable.0].table = None;
         self
     }
 

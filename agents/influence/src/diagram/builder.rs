@@ -62,7 +62,7 @@ impl DiagramBuilder {
         name: impl Into<String>,
         states: impl IntoIterator<Item = S>,
     ) -> Draft<'_, ChanceId> {
-        let id = ChanceId(self.variable(name.into(), states.into_iter().map(Into::into).collect(), false));
+        let id = ChanceId(self.add(name.into(), states.into_iter().map(Into::into).collect(), false));
         Draft { builder: self, id }
     }
 
@@ -72,7 +72,7 @@ impl DiagramBuilder {
         name: impl Into<String>,
         alternatives: impl IntoIterator<Item = S>,
     ) -> Draft<'_, DecisionId> {
-        let id = DecisionId(self.variable(name.into(), alternatives.into_iter().map(Into::into).collect(), true));
+        let id = DecisionId(self.add(name.into(), alternatives.into_iter().map(Into::into).collect(), true));
         Draft { builder: self, id }
     }
 
@@ -107,6 +107,18 @@ impl DiagramBuilder {
         self
     }
 
+    /// The states of a variable as they are so far.
+    #[must_use]
+    pub fn states(&self, variable: impl Into<VariableId>) -> &[String] {
+        self.variables.get(variable.into().0).map_or(&[], |node| &node.states)
+    }
+
+    /// How many variables there are so far.
+    #[must_use]
+    pub fn variables(&self) -> usize {
+        self.variables.len()
+    }
+
     /// Checks everything and makes the diagram.
     ///
     /// # Errors
@@ -136,7 +148,7 @@ impl DiagramBuilder {
         Ok(diagram)
     }
 
-    fn variable(&mut self, name: String, states: Vec<String>, decision: bool) -> usize {
+    fn add(&mut self, name: String, states: Vec<String>, decision: bool) -> usize {
         self.variables.push(RawVariable { name, states, parents: Vec::new(), decision, table: None });
         self.variables.len() - 1
     }
