@@ -1,6 +1,7 @@
 //! Influence diagrams.
 #![forbid(unsafe_code)]
 
+pub mod bifxml;
 pub mod check;
 mod compiled;
 pub mod diagram;

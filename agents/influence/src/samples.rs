@@ -33,7 +33,7 @@ pub fn oil_wildcatter() -> Result<Diagram, BuildError> {
 }
 
 /// The pigs (Lauritzen & Nilsson 2001, §2): whether to treat, month by month, on the newest test alone. With this limited memory it is worth 726.8; who remembers the
-/// earlier tests gets 729.3.
+/// earlier tests gets 729.2.
 ///
 /// # Errors
 /// None.

@@ -133,17 +133,17 @@ pub enum Fault {
 /// Everything that is wrong with a diagram; at least one thing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuildError {
-    faults: Vec<(NodeId, Fault)>,
+    faults: Vec<(Option<NodeId>, Fault)>,
 }
 
 impl BuildError {
-    pub(super) const fn new(faults: Vec<(NodeId, Fault)>) -> Self {
+    pub(super) const fn new(faults: Vec<(Option<NodeId>, Fault)>) -> Self {
         Self { faults }
     }
 
-    /// The faults, each with the node at which it was found, in the order of the nodes.
+    /// The faults, each with the node at which it was found, in the order of the nodes. `None` is the diagram itself.
     #[must_use]
-    pub fn faults(&self) -> &[(NodeId, Fault)] {
+    pub fn faults(&self) -> &[(Option<NodeId>, Fault)] {
         &self.faults
     }
 }

@@ -12,11 +12,14 @@ use super::{
 pub const SUM_TOLERANCE: f64 = 1e-9;
 
 /// Everything that is wrong, in the order of the nodes.
-pub(super) fn faults(raw: &DiagramBuilder) -> Vec<(NodeId, Fault)> {
+pub(super) fn faults(raw: &DiagramBuilder) -> Vec<(Option<NodeId>, Fault)> {
     let mut found = Vec::new();
+    if !raw.name.is_empty() && !is_name(&raw.name) {
+        found.push((None, Fault::BadName { name: raw.name.clone() }));
+    }
     let mut names = BTreeSet::new();
     for (i, node) in raw.variables.iter().enumerate() {
-        let mut report = |fault| found.push((VariableId(i).into(), fault));
+        let mut report = |fault| found.push((Some(VariableId(i).into()), fault));
         name(&node.name, &mut names, &mut report);
         states(node, &mut report);
         let sound = parents(raw, &node.name, &node.parents, &mut report);
@@ -25,7 +28,7 @@ pub(super) fn faults(raw: &DiagramBuilder) -> Vec<(NodeId, Fault)> {
         }
     }
     for (i, node) in raw.utilities.iter().enumerate() {
-        let mut report = |fault| found.push((UtilityId(i).into(), fault));
+        let mut report = |fault| found.push((Some(UtilityId(i).into()), fault));
         name(&node.name, &mut names, &mut report);
         if parents(raw, &node.name, &node.parents, &mut report) {
             numbers(&Shape::of_utility(raw, node), node.table.as_deref(), &mut report);
@@ -99,12 +102,12 @@ fn numbers(shape: &Shape<'_>, values: Option<&[f64]>, report: &mut impl FnMut(Fa
     }
 }
 
-fn cycle(raw: &DiagramBuilder) -> Option<(NodeId, Fault)> {
+fn cycle(raw: &DiagramBuilder) -> Option<(Option<NodeId>, Fault)> {
     let variables = |parents: &[NodeId]| parents.iter().filter_map(|parent| parent.variable()).map(|parent| parent.0).collect();
     let parents: Vec<Vec<usize>> = raw.variables.iter().map(|node| variables(&node.parents)).collect();
     let path = graph::circle(&parents, &graph::parents_first(&parents))?;
     let first = VariableId(*path.first()?);
-    Some((first.into(), Fault::Cycle { path: path.into_iter().map(|i| raw.variables[i].name.clone()).collect() }))
+    Some((Some(first.into()), Fault::Cycle { path: path.into_iter().map(|i| raw.variables[i].name.clone()).collect() }))
 }
 
 /// What a table has to look like: a name and its states for each parent, and the states of the node itself.
