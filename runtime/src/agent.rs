@@ -53,6 +53,7 @@ pub use wiring::{Need, Port, Wiring};
 
 use crate::{
     arbitration::Clients,
+    config::{Problems, Section, Sources},
     geometry::Pose,
     random::Streams,
     robot_model::{Platform, Ring},
@@ -103,6 +104,14 @@ pub trait Agent: Behaviour + Sized {
 
     /// Declares the topics that it reads and writes.
     fn topics(wiring: &mut Wiring);
+
+    /// Reads the files that the parameters name. They are kept in recordings, and their problems are told at their places.
+    ///
+    /// # Errors
+    /// Whatever is wrong with them.
+    fn read_files(_config: &mut Self::Config, _parameters: &Section, _sources: &mut Sources) -> Result<(), Problems> {
+        Ok(())
+    }
 
     /// Builds it for one robot. Also called to build it anew after a panic.
     ///

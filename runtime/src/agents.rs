@@ -51,7 +51,7 @@ pub struct AgentKind {
     pub wiring: Wiring,
     /// True if it may claim the base or the sonar.
     pub claims: bool,
-    prepare: fn(&Section, &Sources) -> Result<Factory, Problems>,
+    prepare: fn(&Section, &mut Sources) -> Result<Factory, Problems>,
 }
 
 /// The parameters of an agent that has none.
@@ -111,8 +111,8 @@ impl AgentKind {
     /// What builds agents of this kind with these parameters.
     ///
     /// # Errors
-    /// If the parameters do not fit the kind's schema.
-    pub fn prepare(&self, parameters: &Section, sources: &Sources) -> Result<Factory, Problems> {
+    /// If the parameters do not fit the kind's schema, or there is something wrong with a file that they name.
+    pub fn prepare(&self, parameters: &Section, sources: &mut Sources) -> Result<Factory, Problems> {
         (self.prepare)(parameters, sources)
     }
 }
@@ -121,7 +121,8 @@ fn schema<A: Agent>() -> Schema {
     validate::schema_of::<A::Config>()
 }
 
-fn prepare<A: Agent>(parameters: &Section, sources: &Sources) -> Result<Factory, Problems> {
-    let config: A::Config = validate::read(parameters, sources)?;
+fn prepare<A: Agent>(parameters: &Section, sources: &mut Sources) -> Result<Factory, Problems> {
+    let mut config: A::Config = validate::read(parameters, sources)?;
+    A::read_files(&mut config, parameters, sources)?;
     Ok(Box::new(move |robot| A::build(config.clone(), robot).map(|agent| Box::new(agent) as Box<dyn Behaviour>)))
 }

@@ -20,6 +20,9 @@
 //! | `corridor/report` | [`CorridorReport`] | corridor follower → whoever plans |
 //! | `feature/request` | [`FeatureRequest`] | whoever names places → feature detector |
 //! | `feature/report` | [`FeatureReport`] | feature detector → whoever names places |
+//! | `place/order` | [`PlaceOrder`] | whoever plans → place classifier |
+//! | `place/belief` | [`PlaceBelief`] | place classifier → recording, whoever watches |
+//! | `place/report` | [`PlaceReport`] | place classifier → whoever plans |
 //! | `base/line` | [`LineState`] | base at the end of a line → recording, whoever watches |
 //! | `hardware/state` | [`HardwareState`] | hardware in a process of its own → mission |
 //! | `hardware/pulse` | [`MissionPulse`] | mission → hardware in a process of its own |
@@ -33,6 +36,8 @@ mod corridor;
 mod feature;
 mod fixed_vec;
 mod hardware;
+mod label;
+mod place;
 mod pose;
 mod sonar;
 
@@ -48,6 +53,8 @@ pub use corridor::{CorridorOrder, CorridorReport, Opening};
 pub use feature::{FeatureKind, FeatureOutcome, FeatureReason, FeatureReport, FeatureRequest, FeatureSearch, Side};
 pub use fixed_vec::{FixedVec, MAX_TRANSDUCERS};
 pub use hardware::{Fingerprint, HardwareState, LineState, MissionPulse};
+pub use label::Label;
+pub use place::{PlaceBelief, PlaceOrder, PlaceReport, Way};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
 

@@ -9,6 +9,8 @@ use std::{
     time::Duration,
 };
 
+use nalgebra::Point2;
+
 use super::{Inputs, Level, LogLine, Outputs, Wiring};
 use crate::{
     arbitration::client::{BaseHandle, BaseState, MotionId},
@@ -289,29 +291,37 @@ impl Pilot {
             Strategy::ForwardFirst => Some(Pose::new(local.x, 0.0, 0.0)),
         };
         if let Some(corner) = corner {
-            self.go(start.then(corner), speed, rate).await?;
+            self.go(start.then(corner).point(), speed, rate).await?;
         }
-        self.go(goal.0, speed, rate).await?;
+        self.go(goal.0.point(), speed, rate).await?;
         self.face(goal.0.heading, rate).await
     }
 
-    /// Turns toward a point and drives there, backward if it lies more than 135° off.
-    async fn go(&self, goal: Pose, speed: f64, rate: f64) -> Result<(), Aborted> {
+    /// Turns toward a point (map frame) and drives there at up to `speed` m/s, turning at up to `rate` rad/s; backward if it lies more than
+    /// 135° off.
+    ///
+    /// # Errors
+    /// If the base is lost or can't go on.
+    pub async fn go(&self, goal: Point2<f64>, speed: f64, rate: f64) -> Result<(), Aborted> {
         /// Nearer than this it is there, m.
         const THERE: f64 = 0.01;
         let here = self.latest::<PoseEstimate>().ok_or(Aborted::TimedOut)?.pose;
-        let distance = here.distance(&goal);
+        let distance = (goal - here.point()).norm();
         if distance < THERE {
             return Ok(());
         }
-        let bearing = here.bearing_of(goal.point());
+        let bearing = here.bearing_of(goal);
         let backward = bearing.abs() > FRAC_PI_2 + 0.5 * FRAC_PI_2;
         let (turn, distance) = if backward { (angle::wrap(bearing + PI), -distance) } else { (bearing, distance) };
         self.turn(turn, rate).await?;
         self.translate(distance, speed).await
     }
 
-    async fn face(&self, heading: f64, rate: f64) -> Result<(), Aborted> {
+    /// Turns on the spot to a heading (map frame, rad) at up to `rate` rad/s.
+    ///
+    /// # Errors
+    /// If the base is lost or can't go on.
+    pub async fn face(&self, heading: f64, rate: f64) -> Result<(), Aborted> {
         let here = self.latest::<PoseEstimate>().ok_or(Aborted::TimedOut)?.pose;
         self.turn(angle::turn(here.heading, heading), rate).await
     }

@@ -55,6 +55,15 @@ impl Data {
         }
     }
 
+    /// The values of an array, if it is one.
+    #[must_use]
+    pub fn as_list(&self) -> Option<&[Value]> {
+        match self {
+            Data::List(values) => Some(values),
+            _ => None,
+        }
+    }
+
     /// The table, if it is one.
     #[must_use]
     pub fn as_table(&self) -> Option<&Table> {
@@ -103,6 +112,12 @@ impl Section {
     pub fn section(&self, key: &str) -> Option<Self> {
         let value = self.table.get(key)?;
         Some(Self::new(value.get_ref().as_table()?.clone(), value.span()))
+    }
+
+    /// The tables under a key that has several, as `[[key]]` makes them.
+    pub fn entries(&self, key: &str) -> impl Iterator<Item = Self> {
+        let entries = self.table.get(key).and_then(|value| value.get_ref().as_list()).unwrap_or_default();
+        entries.iter().filter_map(|entry| Some(Self::new(entry.get_ref().as_table()?.clone(), entry.span())))
     }
 
     /// All keys and values.

@@ -277,6 +277,9 @@ mod tests {
         assert_fits(PoseEstimate::default());
         assert_fits(CorridorOrder::default());
         assert_fits(FeatureReport::default());
+        assert_fits(PlaceOrder::default());
+        assert_fits(PlaceBelief::default());
+        assert_fits(PlaceReport::default());
         assert_fits(FeatureRequest::default());
         assert_fits(CorridorReport::default());
         assert_fits(Truth::default());

@@ -39,6 +39,30 @@ pub enum Opening {
     Lost,
 }
 
+impl Opening {
+    /// As payloads hold it.
+    pub(super) fn number(self) -> u32 {
+        match self {
+            Opening::Lost => 0,
+            Opening::Left => 1,
+            Opening::Right => 2,
+            Opening::Both => 3,
+            Opening::DeadEnd => 4,
+        }
+    }
+
+    /// What a payload holds. A number that is not known says nothing.
+    pub(super) fn numbered(number: u32) -> Self {
+        match number {
+            1 => Opening::Left,
+            2 => Opening::Right,
+            3 => Opening::Both,
+            4 => Opening::DeadEnd,
+            _ => Opening::Lost,
+        }
+    }
+}
+
 /// The corridor follower has arrived at a place, or gives up. Topic `corridor/report`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
@@ -64,26 +88,13 @@ impl CorridorReport {
     /// A report with this ending.
     #[must_use]
     pub fn new(stamp: Time, order: u32, opening: Opening) -> Self {
-        let opening = match opening {
-            Opening::Left => 1,
-            Opening::Right => 2,
-            Opening::Both => 3,
-            Opening::DeadEnd => 4,
-            Opening::Lost => 0,
-        };
-        Self { stamp, order, opening, ..Self::default() }
+        Self { stamp, order, opening: opening.number(), ..Self::default() }
     }
 
     /// How the stretch ended.
     #[must_use]
     pub fn opening(&self) -> Opening {
-        match self.opening {
-            1 => Opening::Left,
-            2 => Opening::Right,
-            3 => Opening::Both,
-            4 => Opening::DeadEnd,
-            _ => Opening::Lost,
-        }
+        Opening::numbered(self.opening)
     }
 }
 

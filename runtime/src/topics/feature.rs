@@ -106,7 +106,8 @@ pub struct FeatureRequest {
     kind: u32,
     side: u32,
     strategy: u32,
-    /// Where to stand first, map frame: facing the wall that is to be followed.
+    /// Where to stand first, map frame: facing the wall that is to be followed. A detector that finds on its way that the robot does not
+    /// stand as parallel to the walls as it thinks turns this about the robot by as much.
     pub at: Pose,
     /// How far off the feature may be along the wall, m.
     pub error: f64,
