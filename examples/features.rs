@@ -8,9 +8,11 @@
 //! side, the wall opposite, and a doorpost that is not there. Where each must be follows from the width that the corridor follower has
 //! measured. After every detector the robot goes back to where the place is looked at from.
 
+use std::sync::Arc;
+
 use orienteer::{
     Registry,
-    agents::feature_detector::{Clockwork, Reckoning, Whereabouts},
+    agents::places::{Reckoning, Whereabouts},
     hardware::world::floors::{Hypothesis, Perturbation, junction_world},
     mission::{self, RunOptions},
     runtime::{
@@ -19,17 +21,18 @@ use orienteer::{
             Wiring,
         },
         agents::NoConfig,
+        robot_model::Ring,
         time::Time,
         topics::{CorridorOrder, CorridorReport, FeatureKind, FeatureReport, FeatureRequest, Opening, PoseEstimate, Side},
     },
 };
 
 /// Goes to the next place and looks at it.
-async fn look(pilot: Pilot, face: f64) -> Result<(), Aborted> {
+async fn look(pilot: Pilot, ring: Arc<Ring>) -> Result<(), Aborted> {
     let place = follow(&pilot).await?;
     let open = if place.opening() == Opening::Left { Side::Left } else { Side::Right };
     pilot.say(format!("a place, open to the {open:?}; the corridor is {:.2} m wide", place.width));
-    let reckoning = Reckoning { width: place.width, face };
+    let reckoning = Reckoning::new(place.width, &ring);
     let questions = [
         (FeatureKind::Convex, Whereabouts::Near(open)),
         (FeatureKind::Wall, Whereabouts::Beside(open.other())),
@@ -99,8 +102,8 @@ impl Agent for Looker {
     fn build(_config: NoConfig, robot: &RobotContext) -> Result<Self, BuildError> {
         let mut wiring = Wiring::default();
         Self::topics(&mut wiring);
-        let face = Clockwork::new(&robot.ring).map_err(BuildError::new)?.face;
-        Ok(Self { script: Script::new(&wiring, move |pilot| look(pilot, face)) })
+        let ring = robot.ring.clone();
+        Ok(Self { script: Script::new(&wiring, move |pilot| look(pilot, ring)) })
     }
 }
 

@@ -15,7 +15,6 @@
 //! * [`wall_tests`](wall_beside): is there a wall beside, or ahead?
 //! * `manoeuvre`: looking, turning, aligning, following;
 //! * `detectors`: the four manoeuvres, each an `async fn` that reads as it goes;
-//! * [`expected`](Reckoning): where to stand first to look for a feature of a place;
 //! * [`shape`](is_such_a_feature): whether the three points make such a feature.
 //!
 //! The published listing does not work as it is printed. What was changed: the place from which an edge is told from a corner; which way the robot
@@ -25,7 +24,6 @@
 
 mod clock_ring;
 mod detectors;
-mod expected;
 mod manoeuvre;
 mod shape;
 mod wall_tests;
@@ -44,7 +42,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use clock_ring::{ClockRing, Clockwork, DIRECTIONS, Gathering, RingFilter, double};
-pub use expected::{Reckoning, Whereabouts};
 use manoeuvre::{Ended, Manoeuvre};
 pub use shape::is_such_a_feature;
 pub use wall_tests::{Beside, wall_ahead, wall_beside};

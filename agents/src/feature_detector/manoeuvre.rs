@@ -441,7 +441,8 @@ impl Manoeuvre {
 
     /// What all detectors begin with: goes to where the feature is expected, faces its wall, and comes near.
     pub async fn approach(&self, search: &FeatureSearch) -> Result<(), Ended> {
-        // Whichever side has one wall all along tells how the robot stands.
+        // Whichever side has one wall all along tells how the robot really stands; the way to the place turns with it.
+        let before = self.pose()?;
         let ring = self.ring().await?;
         let whole = |side: Side| {
             let (before, after) = (ring[abeam(side) - 1], ring[abeam(side) + 1]);
@@ -451,7 +452,8 @@ impl Manoeuvre {
             self.align_beside(side).await?;
         }
         let strategy = if search.forward_first { Strategy::ForwardFirst } else { Strategy::Straight };
-        self.go_to(PoseHandle::at(search.at), strategy).await?;
+        let at = self.pose()?.then(before.between(search.at));
+        self.go_to(PoseHandle::at(at), strategy).await?;
         if !self.is_wall_ahead().await? {
             return Err(Ended::NotFound(FeatureReason::NoWallAhead));
         }
