@@ -11,17 +11,21 @@
 //! | [`patrol`] | `patrol` | sends the follower on from place to place |
 //! | [`wander`] | `wander` | straight on until it touches something, turns away, and on |
 //! | [`feature_detector`] | `feature-detector` | goes round walls, corners and wall ends to be sure of them |
+//! | [`place_classifier`] | `place-classifier` | names the place that a robot has come to, by an influence diagram |
 //! | [`mapper`] | `mapper` | draws a certainty grid |
 //!
-//! Shared, and free of any agent: [`certainty_grid`].
+//! Shared, and free of any agent: [`certainty_grid`], [`places`] (how they are laid out), [`crumbs`] (the way back).
 #![forbid(unsafe_code)]
 
 pub mod avoidance;
 pub mod certainty_grid;
 pub mod corridor_follower;
+pub mod crumbs;
 pub mod feature_detector;
 pub mod mapper;
 pub mod patrol;
+pub mod place_classifier;
+pub mod places;
 pub mod wander;
 pub mod where_am_i;
 
@@ -30,5 +34,6 @@ pub use corridor_follower::CorridorFollower;
 pub use feature_detector::FeatureDetector;
 pub use mapper::MapperAgent;
 pub use patrol::Patrol;
+pub use place_classifier::PlaceClassifier;
 pub use wander::Wander;
 pub use where_am_i::WhereAmI;
