@@ -1,6 +1,6 @@
 //! The kinds that a mission may name.
 
-use orienteer_agents::{Avoidance, CorridorFollower, FeatureDetector, MapperAgent, Patrol, Wander, WhereAmI};
+use orienteer_agents::{Avoidance, CorridorFollower, FeatureDetector, MapperAgent, Patrol, PlaceClassifier, Wander, WhereAmI};
 use orienteer_hardware::{
     base::presets,
     drivers::Drivers,
@@ -36,6 +36,7 @@ impl Registry {
             .add::<Avoidance>()
             .add::<CorridorFollower>()
             .add::<FeatureDetector>()
+            .add::<PlaceClassifier>()
             .add::<Patrol>()
             .add::<Wander>()
             .add::<MapperAgent>();

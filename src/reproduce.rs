@@ -7,7 +7,9 @@
 //! measures is theirs.
 
 mod arbitration;
+mod at_a_place;
 mod avoidance;
+mod classify;
 mod config;
 mod corridor;
 mod detectors;
@@ -33,7 +35,7 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 10] = [
+pub const SUITES: [Suite; 11] = [
     arbitration::SUITE,
     echo::SUITE,
     corridor::SUITE,
@@ -41,6 +43,7 @@ pub const SUITES: [Suite; 10] = [
     determinism::SUITE,
     faults::SUITE,
     detectors::SUITE,
+    classify::SUITE,
     config::SUITE,
     wire::SUITE,
     kill::SUITE,

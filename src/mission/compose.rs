@@ -257,7 +257,7 @@ impl<'a> RobotBuilder<'a> {
     }
 
     /// Agents and arbitration.
-    fn minds(&self, config: &RobotConfig, context: &RobotContext, sources: &Sources) -> Result<Vec<NodePlan>, Problems> {
+    fn minds(&self, config: &RobotConfig, context: &RobotContext, sources: &mut Sources) -> Result<Vec<NodePlan>, Problems> {
         let mut nodes = Vec::new();
         for (i, agent) in config.agents.iter().enumerate() {
             nodes.push(self.agent_node(context, ClientId(FIRST_AGENT + i as u16), agent, sources)?);
@@ -389,7 +389,7 @@ impl<'a> RobotBuilder<'a> {
         context: &RobotContext,
         client: ClientId,
         agent: &orienteer_runtime::config::mission::AgentConfig,
-        sources: &Sources,
+        sources: &mut Sources,
     ) -> Result<NodePlan, Problems> {
         let Some(kind) = self.registry.agents().kind(&agent.kind) else {
             let message = format!("there is no kind of agent `{}`", agent.kind);

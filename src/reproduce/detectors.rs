@@ -4,15 +4,14 @@
 //! (it would have to drive through a wall), and at 101 it is not there. The noisy worlds have corridors and branches up to 10 % wider or
 //! narrower than Randazza's, and the robot stands off its start pose by 5 cm and 2° (one standard deviation).
 
-mod place;
 mod trial;
 
-use super::{Effort, Row, Suite, SuiteError, in_parallel};
+use super::{Effort, Row, Suite, SuiteError, at_a_place::PLACES, in_parallel};
 use crate::{
+    agents::place_classifier::{Catalogue, Standing},
     hardware::world::floors::Hypothesis,
     runtime::topics::{FeatureKind, FeatureOutcome},
 };
-use place::{FEATURES, PLACES, has};
 use trial::{Seen, Trial};
 
 pub(super) const SUITE: Suite =
@@ -20,56 +19,15 @@ pub(super) const SUITE: Suite =
 
 /// Seeds from here on were not looked at while the detectors were made.
 const FIRST_SEED: u64 = 1001;
-const CELLS: u64 = (PLACES * FEATURES.len()) as u64;
-/// Cells at which the robot's way leads through a wall (place, feature).
-const BLOCKED: [(Hypothesis, &str); 18] = {
-    use Hypothesis::{H1, H2, H3, H4, H5, H6, H7, H8, H11};
-    [
-        (H5, "FRC"),
-        (H6, "FRC"),
-        (H7, "FRC"),
-        (H8, "FRC"),
-        (H1, "FLC"),
-        (H2, "FLC"),
-        (H3, "FLC"),
-        (H4, "FLC"),
-        (H2, "FRE"),
-        (H6, "FRE"),
-        (H11, "FRE"),
-        (H2, "FLE"),
-        (H6, "FLE"),
-        (H11, "FLE"),
-        (H2, "WL"),
-        (H6, "WR"),
-        (H2, "WA"),
-        (H6, "WA"),
-    ]
-};
+const FEATURES: usize = 13;
+const CELLS: u64 = (PLACES * FEATURES) as u64;
 
-/// What a cell is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Cell {
-    /// The feature is there.
-    Present,
-    /// It can't be looked for.
-    Blocked,
-    /// It is not there.
-    Absent,
-}
-
-fn cell(trial: &Trial) -> Cell {
-    let (name, kind, whereabouts) = FEATURES[trial.feature];
-    if has(trial.place, kind, whereabouts) {
-        Cell::Present
-    } else if BLOCKED.contains(&(trial.place, name)) {
-        Cell::Blocked
-    } else {
-        Cell::Absent
-    }
+fn cell(trial: &Trial) -> Standing {
+    Catalogue::corridors().standing(trial.feature, trial.at.place as usize)
 }
 
 fn trial(number: u64, make: impl Fn(Hypothesis, usize) -> Trial) -> Trial {
-    let (place, feature) = (number as usize / FEATURES.len() % PLACES, number as usize % FEATURES.len());
+    let (place, feature) = (number as usize / FEATURES % PLACES, number as usize % FEATURES);
     make(Hypothesis::ALL[place], feature)
 }
 
@@ -91,36 +49,37 @@ fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
 }
 
 fn exact_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
-    let count = |of: Cell, outcome: FeatureOutcome| {
+    let count = |of: Standing, outcome: FeatureOutcome| {
         runs.iter().filter(|(trial, seen)| cell(trial) == of && seen.outcome == outcome).count() as f64
     };
     vec![
-        Row::exactly("without noise: found of those that are there", 37.0, count(Cell::Present, FeatureOutcome::Found), ""),
-        Row::exactly("without noise: found of those that are not", 0.0, count(Cell::Absent, FeatureOutcome::Found), ""),
+        Row::exactly("without noise: found of those that are there", 37.0, count(Standing::Present, FeatureOutcome::Found), ""),
+        Row::exactly("without noise: found of those that are not", 0.0, count(Standing::Absent, FeatureOutcome::Found), ""),
         Row::exactly(
             "without noise: not found of those that are not there",
             101.0,
-            count(Cell::Absent, FeatureOutcome::NotFound),
+            count(Standing::Absent, FeatureOutcome::NotFound),
             "",
         ),
         Row::exactly(
             "without noise: aborted of those that can't be reached",
             18.0,
-            count(Cell::Blocked, FeatureOutcome::Abort),
+            count(Standing::Blocked, FeatureOutcome::Abort),
             "",
         ),
     ]
 }
 
 fn noisy_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
-    let kind = |trial: &Trial| FEATURES[trial.feature].1;
+    let features = Catalogue::corridors().feature;
+    let kind = |trial: &Trial| features[trial.feature].kind;
     let share = |of: &dyn Fn(&Trial) -> bool, outcome: FeatureOutcome| {
         let all = runs.iter().filter(|(trial, _)| of(trial)).count();
         let such = runs.iter().filter(|(trial, seen)| of(trial) && seen.outcome == outcome).count();
         100.0 * such as f64 / all.max(1) as f64
     };
-    let present = |trial: &Trial| cell(trial) == Cell::Present;
-    let absent = |trial: &Trial| cell(trial) != Cell::Present;
+    let present = |trial: &Trial| cell(trial) == Standing::Present;
+    let absent = |trial: &Trial| cell(trial) != Standing::Present;
     let collisions: u32 = runs.iter().map(|(_, seen)| seen.collisions).sum();
     let mut rows = vec![
         Row::information("with noise: detections", runs.len() as f64, ""),
@@ -143,7 +102,7 @@ fn noisy_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
     ] {
         let found: Vec<&Seen> = runs
             .iter()
-            .filter(|(trial, seen)| FEATURES[trial.feature].1 == kind && seen.outcome == FeatureOutcome::Found)
+            .filter(|(trial, seen)| features[trial.feature].kind == kind && seen.outcome == FeatureOutcome::Found)
             .map(|(_, seen)| seen)
             .collect();
         let mean = |figure: fn(&Seen) -> f64| found.iter().map(|seen| figure(seen)).sum::<f64>() / found.len().max(1) as f64;
@@ -156,4 +115,44 @@ fn noisy_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
         );
     }
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{agents::places::Whereabouts, hardware::world::floors::Flank, runtime::topics::Side};
+
+    /// True if that feature belongs to this place.
+    fn has(place: Hypothesis, kind: FeatureKind, whereabouts: Whereabouts) -> bool {
+        let view = place.view();
+        let flank = |side: Side| if side == Side::Left { view.left } else { view.right };
+        match (kind, whereabouts) {
+            (FeatureKind::Convex, Whereabouts::Near(side)) => matches!(flank(side), Flank::Corridor | Flank::CornerThenEdge),
+            (FeatureKind::Convex, Whereabouts::Far(side)) => {
+                view.ahead && matches!(flank(side), Flank::Corridor | Flank::EdgeThenCorner)
+            }
+            (FeatureKind::Edge, Whereabouts::Near(side)) => flank(side) == Flank::EdgeThenCorner,
+            (FeatureKind::Edge, Whereabouts::Far(side)) => flank(side) == Flank::CornerThenEdge,
+            (FeatureKind::Wall, Whereabouts::Beside(side)) => view.ahead && flank(side) == Flank::Wall,
+            (FeatureKind::Wall, Whereabouts::Ahead) => {
+                !view.ahead && view.left == Flank::Corridor && view.right == Flank::Corridor
+            }
+            (FeatureKind::Concave, Whereabouts::Beside(side)) => !view.ahead && flank(side) == Flank::Wall,
+            _ => false,
+        }
+    }
+
+    /// What the classifier is told about the twelve places is true of the worlds.
+    #[test]
+    fn the_catalogue_is_that_of_the_worlds() {
+        let catalogue = Catalogue::corridors();
+        assert_eq!((catalogue.feature.len(), catalogue.hypothesis.len()), (FEATURES, PLACES));
+        for place in Hypothesis::ALL.into_iter().take(PLACES) {
+            assert_eq!(catalogue.hypothesis[place as usize].id, place.id());
+            for (number, feature) in catalogue.feature.iter().enumerate() {
+                let there = catalogue.standing(number, place as usize) == Standing::Present;
+                assert_eq!(there, has(place, feature.kind, feature.whereabouts), "{place} {}", feature.id);
+            }
+        }
+    }
 }

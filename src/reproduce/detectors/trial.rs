@@ -2,34 +2,26 @@
 
 use orienteer_runtime::{
     agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
-    random::Streams,
     time::Time,
     topics::{FeatureOutcome, FeatureReport, FeatureRequest, PoseEstimate},
 };
-use rand_distr::{Distribution, Normal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{super::SuiteError, place::FEATURES};
+use super::super::{SuiteError, at_a_place::AtAPlace};
 use crate::{
     Registry,
-    agents::feature_detector::{Clockwork, Reckoning},
-    hardware::world::floors::{Hypothesis, MOST_PERTURBED, Perturbation, junction_world},
-    mission::{self, Recording, RunOptions},
+    agents::{place_classifier::Catalogue, places::Reckoning},
+    hardware::world::floors::Hypothesis,
 };
 
 /// One trial.
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
     /// Where.
-    pub place: Hypothesis,
-    /// Which of the [`FEATURES`].
+    pub at: AtAPlace,
+    /// Which feature of the catalogue.
     pub feature: usize,
-    perturbation: Perturbation,
-    /// Where the robot stands, off the start pose: m to the right, m ahead, degrees to the left.
-    off: (f64, f64, f64),
-    noisy: bool,
-    seed: u64,
 }
 
 /// What came of it.
@@ -43,39 +35,26 @@ pub(super) struct Seen {
     pub collisions: u32,
 }
 
-/// How far off its start pose the robot is, one standard deviation: cm in either direction, degrees.
-const OFF: (f64, f64) = (0.05, 2.0);
-/// Randazza's corridors, m wide.
-const WIDTH: f64 = 1.12;
 /// No detector takes longer, s.
 const LONGEST: f64 = 900.0;
 
 impl Trial {
     /// In the nominal world, from the very start pose, with sonars and wheels that do not err.
     pub fn exact(place: Hypothesis, feature: usize) -> Self {
-        Self { place, feature, perturbation: Perturbation::NONE, off: (0.0, 0.0, 0.0), noisy: false, seed: 1 }
+        Self { at: AtAPlace::exact(place), feature }
     }
 
     /// In a world and from a pose that this seed perturbs, with all noise on.
     pub fn perturbed(place: Hypothesis, feature: usize, seed: u64) -> Self {
-        let name = format!("{place} {feature}");
-        let mut random = Streams::new(seed).stream(&name, "trial");
-        let perturbation = Perturbation::draw(MOST_PERTURBED, &mut random);
-        let mut normal = |deviation: f64| Normal::new(0.0, deviation).map_or(0.0, |normal| normal.sample(&mut random));
-        let off = (normal(OFF.0), normal(OFF.0), normal(OFF.1));
-        Self { place, feature, perturbation, off, noisy: true, seed }
+        Self { at: AtAPlace::perturbed(place, seed, &feature.to_string()), feature }
     }
 
     /// Runs it.
     pub fn run(&self) -> Result<Seen, SuiteError> {
         let registry = Registry::standard().with_agent::<Asker>();
-        let world = junction_world(self.place, &self.perturbation).map_err(SuiteError::from_display)?.text();
-        let files = [("trial.toml".to_owned(), self.mission()), ("world.toml".to_owned(), world)];
-        let files = files.map(|(name, text)| (name, text.into_bytes()));
-        let loaded = mission::load_files(files, "trial.toml", &registry).map_err(SuiteError::from_display)?;
-        let options = RunOptions { threads: Some(1), record: Recording::Off, ..RunOptions::default() };
-        let outcome = mission::run(loaded, &registry, options).map_err(SuiteError::from_display)?;
-        let fact = |name: &str| outcome.robots.first().and_then(|robot| robot.fact(name)).unwrap_or_default();
+        let agents = format!("[robot.agent.asker]\nfeature = {}\nwidth = {:?}\n", self.feature, self.at.width());
+        let robot = self.at.run(&registry, &agents, LONGEST)?;
+        let fact = |name: &str| robot.fact(name).unwrap_or_default();
         let result = Seen {
             outcome: match fact("outcome") as i32 {
                 FOUND => FeatureOutcome::Found,
@@ -86,57 +65,15 @@ impl Trial {
             took: fact("took"),
             collisions: fact("collisions") as u32,
         };
-        tracing::debug!(place = self.place.id(), feature = FEATURES[self.feature].0, seed = self.seed, ?result, "detector run");
+        tracing::debug!(place = self.at.place.id(), feature = self.feature, seed = self.at.seed, ?result, "detector run");
         Ok(result)
-    }
-
-    fn mission(&self) -> String {
-        let (right, ahead, left) = self.off;
-        let (ring, odometry) = if self.noisy {
-            ("", "")
-        } else {
-            (
-                ", model = { noise = 0.0, spurious = 0.0, quantum = 0.03048, incidence_limit = [{ limit_deg = 30.0 }] }",
-                ", odometry = { turn_excess = [], distance_noise = 0.0, turn_noise = 0.0 }",
-            )
-        };
-        format!(
-            r#"
-[mission]
-duration = {LONGEST}
-seed = {seed}
-links = "direct"
-
-[world]
-file = "world.toml"
-
-[[robot]]
-name = "huey"
-base = {{ driver = "sim", platform = "b12-huey"{odometry} }}
-sonar = {{ driver = "sim", ring = "denning-16"{ring} }}
-start = {{ x = {right:?}, y = {ahead:?}, heading_deg = {heading:?} }}
-
-[robot.agent.where-am-i]
-
-[robot.agent.avoidance]
-
-[robot.agent.feature-detector]
-
-[robot.agent.asker]
-feature = {feature}
-width = {width:?}
-"#,
-            seed = self.seed,
-            heading = 90.0 + left,
-            feature = self.feature,
-            width = WIDTH * self.perturbation.corridor,
-        )
     }
 }
 
 /// Asks for one feature, from where the robot stands at the start.
 struct Asker {
     config: AskerConfig,
+    catalogue: Catalogue,
     reckoning: Reckoning,
     request: Option<FeatureRequest>,
     report: Option<FeatureReport>,
@@ -148,7 +85,7 @@ const NOT_FOUND: i32 = 2;
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AskerConfig {
-    /// Which of the features.
+    /// Which of the catalogue's features.
     feature: usize,
     /// Width of the corridor, as the follower would have measured it, m.
     width: f64,
@@ -160,12 +97,10 @@ impl Behaviour for Asker {
             self.report = Some(*report);
             out.end_mission();
         }
-        let (Some((_, kind, whereabouts)), Some(estimate)) = (FEATURES.get(self.config.feature), inputs.latest::<PoseEstimate>())
-        else {
-            return;
-        };
+        let feature = self.catalogue.feature.get(self.config.feature);
+        let (Some(feature), Some(estimate)) = (feature, inputs.latest::<PoseEstimate>()) else { return };
         if self.request.is_none() {
-            let search = self.reckoning.search(*kind, *whereabouts, estimate.pose);
+            let search = self.reckoning.search(feature.kind, feature.whereabouts, estimate.pose);
             self.request = search.map(|search| FeatureRequest::new(now, 1, &search));
         }
         if let Some(request) = self.request {
@@ -196,8 +131,7 @@ impl Agent for Asker {
     }
 
     fn build(config: AskerConfig, robot: &RobotContext) -> Result<Self, BuildError> {
-        let face = Clockwork::new(&robot.ring).map_err(BuildError::new)?.face;
-        let reckoning = Reckoning { width: config.width, face };
-        Ok(Self { config, reckoning, request: None, report: None })
+        let reckoning = Reckoning::new(config.width, &robot.ring);
+        Ok(Self { config, catalogue: Catalogue::corridors(), reckoning, request: None, report: None })
     }
 }
