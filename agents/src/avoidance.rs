@@ -26,12 +26,12 @@ use orienteer_runtime::{
     agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Wiring},
     geometry::Limits,
     time::Time,
-    topics::{Odometry, SonarScan},
+    topics::{BaseDecision, MotionKind, Odometry, SonarScan},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use caution::caution;
+pub use caution::{caution, course};
 pub use evasion::{Evasion, Move};
 pub use surroundings::{Surroundings, Threat};
 
@@ -117,7 +117,8 @@ impl Behaviour for Avoidance {
         self.surroundings.heard(inputs.each::<SonarScan>());
         let idle = !self.evasion.is_active();
         // Who steps aside looks out for itself; a cap for the sake of the comer would keep it in the comer's way.
-        let limit = caution(&self.config, &self.surroundings, odometry.twist).filter(|_| idle);
+        let told = inputs.latest::<BaseDecision>().map_or(MotionKind::Stop, |decision| decision.motion.kind());
+        let limit = caution(&self.config, &self.surroundings, course(odometry.twist, told)).filter(|_| idle);
         if let Some(speed) = limit {
             out.base.limit(Limits { linear: speed, angular: f64::MAX });
             self.slowed += 1;
@@ -150,7 +151,7 @@ impl Agent for Avoidance {
     type Config = AvoidanceConfig;
 
     fn topics(wiring: &mut Wiring) {
-        wiring.reads::<SonarScan>().reads::<Odometry>();
+        wiring.reads::<SonarScan>().reads::<Odometry>().reads::<BaseDecision>();
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {

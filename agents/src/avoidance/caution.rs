@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use orienteer_runtime::geometry::{Twist, angle};
+use orienteer_runtime::{
+    geometry::{Twist, angle},
+    topics::MotionKind,
+};
 
 use super::{AvoidanceConfig, Surroundings};
 
@@ -16,7 +19,23 @@ const AT_HAND: f64 = 0.15;
 /// ... with what they cover until it has noticed them and stands, s.
 const REACTION: f64 = 0.6;
 
-/// The speed that avoidance allows while the robot moves with `twist`; `None` if it has no objection to any.
+/// Slower than this the robot stands, m/s.
+const STANDS: f64 = 0.01;
+
+/// Where the robot goes, off its heading, rad: as it moves, or if it stands, as it is told to move. Who stands before something must be free to back
+/// off.
+#[must_use]
+pub fn course(twist: Twist, told: MotionKind) -> f64 {
+    let told = match told {
+        MotionKind::Velocity(twist) => twist.linear,
+        MotionKind::Translate { distance, .. } => distance,
+        MotionKind::Rotate { .. } | MotionKind::Stop => 0.0,
+    };
+    let along = if twist.linear.abs() > STANDS { twist.linear } else { told };
+    if along < 0.0 { PI } else { 0.0 }
+}
+
+/// The speed that avoidance allows while the robot goes along `course` (rad off its heading); `None` if it has no objection to any.
 ///
 /// Three rules for what lies within 67.5° of the direction of travel, of which the strictest holds:
 ///
@@ -27,8 +46,7 @@ const REACTION: f64 = 0.6;
 ///
 /// And one for who comes from the side, so that they do not find the robot moving toward them: 0 if they are as good as here.
 #[must_use]
-pub fn caution(config: &AvoidanceConfig, surroundings: &Surroundings, twist: Twist) -> Option<f64> {
-    let course = if twist.linear < -0.01 { PI } else { 0.0 };
+pub fn caution(config: &AvoidanceConfig, surroundings: &Surroundings, course: f64) -> Option<f64> {
     let mut allowed: Option<f64> = None;
     let mut cap = |speed: f64| allowed = Some(allowed.map_or(speed, |other: f64| other.min(speed)));
     for near in surroundings.all() {

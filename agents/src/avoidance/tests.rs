@@ -7,11 +7,11 @@ use orienteer_runtime::{
     geometry::{Pose, Twist, angle},
     robot_model::{Ring, Transducer},
     time::Time,
-    topics::{Echo, FiringProgram, FixedVec, Odometry, SonarScan},
+    topics::{Echo, FiringProgram, FixedVec, MotionKind, Odometry, SonarScan},
 };
 use proptest::prelude::*;
 
-use super::{AvoidanceConfig, Evasion, Move, Surroundings, Threat, caution};
+use super::{AvoidanceConfig, Evasion, Move, Surroundings, Threat, caution, course};
 
 const RADIUS: f64 = 0.3;
 const RING: f64 = 0.08;
@@ -156,12 +156,30 @@ fn caution_stops_for_who_comes_and_not_for_who_stands() {
     let limit_at_the_end = |velocity: f64| {
         let mut limit = None;
         drive(Twist::new(0.3, 0.0), 1.5, &person(Point2::new(2.6, 0.0), Vector2::new(velocity, 0.0)), |around, odometry| {
-            limit = caution(&config, around, odometry.twist);
+            limit = caution(&config, around, course(odometry.twist, MotionKind::Stop));
         });
         limit
     };
     assert_eq!(limit_at_the_end(-0.6), Some(0.0));
     assert_eq!(limit_at_the_end(0.0), None);
+}
+
+#[test]
+fn who_stands_before_something_may_back_off() {
+    let config = AvoidanceConfig::default();
+    let (standing, rolling) = (Twist::STOP, Twist::new(0.05, 0.0));
+    let backward = MotionKind::Velocity(Twist::new(-0.2, 0.0));
+    drive(Twist::STOP, 1.0, &wall(0.32, 0.0), |around, odometry| {
+        if odometry.stamp.as_secs_f64() < 0.9 {
+            return;
+        }
+        let on = |twist, told| caution(&config, around, course(twist, told));
+        assert_eq!(on(standing, MotionKind::Translate { distance: 0.5, speed: 0.2 }), Some(0.0));
+        assert_eq!(on(standing, MotionKind::Translate { distance: -0.5, speed: 0.2 }), None);
+        assert_eq!(on(standing, backward), None);
+        // As it rolls out it is still going on.
+        assert_eq!(on(rolling, backward), Some(0.0));
+    });
 }
 
 #[test]
