@@ -1,4 +1,4 @@
-//! Rings of ranges, read like a clock: what a detector looks at (Randazza 1989, §4.2).
+//! Rings of ranges, read like a clock: what detectors look at (Randazza 1989, §4.2).
 //!
 //! A *ring* holds one range for each of 16 directions, 22.5° apart, the first ahead and the rest clockwise. A single pass of a
 //! sonar ring is never trusted: a ring is made of twelve of them, direction by direction. Two rings, of which the second was taken
@@ -72,7 +72,7 @@ impl Clockwork {
 /// Gathers passes of the sonar until they make a ring.
 ///
 /// ```
-/// use orienteer_agents::feature_detector::{Gathering, RingFilter};
+/// use orienteer_agents::clock_ring::{Gathering, RingFilter};
 /// let mut gathering = Gathering::new(3);
 /// for range in [1.0, 9.0, 1.1] {
 ///     gathering.add(&[range; 16]);

@@ -11,7 +11,6 @@
 //! | convex corner | passes the end of the first wall, goes round it, follows the second; and back | 1080 |
 //! | wall edge | does the same through a doorway, between the posts | 2000 |
 //!
-//! * [`clock_ring`](ClockRing): twelve passes of the sonar make a ring, two rings a double ring;
 //! * [`wall_tests`](wall_beside): is there a wall beside, or ahead?
 //! * `manoeuvre`: looking, turning, aligning, following;
 //! * `detectors`: the four manoeuvres, each an `async fn` that reads as it goes;
@@ -22,7 +21,6 @@
 //! robot that turned by more than 25° to face a wall has met something else; medians instead of means; an alignment that fails ends the
 //! detector; the robot aligns itself at the start to a side that has one wall all along; points are where the sonar heard the wall.
 
-mod clock_ring;
 mod detectors;
 mod manoeuvre;
 mod shape;
@@ -30,6 +28,7 @@ mod wall_tests;
 
 use std::{cell::Cell, rc::Rc};
 
+use crate::clock_ring::{Clockwork, RingFilter};
 use orienteer_runtime::{
     agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Wiring},
     time::Time,
@@ -41,7 +40,6 @@ use orienteer_runtime::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use clock_ring::{ClockRing, Clockwork, DIRECTIONS, Gathering, RingFilter, double};
 use manoeuvre::{Ended, Manoeuvre};
 pub use shape::is_such_a_feature;
 pub use wall_tests::{Beside, wall_ahead, wall_beside};

@@ -14,11 +14,13 @@
 //! | [`place_classifier`] | `place-classifier` | names the place that a robot has come to, by an influence diagram |
 //! | [`mapper`] | `mapper` | draws a certainty grid |
 //!
-//! Shared, and free of any agent: [`certainty_grid`], [`places`] (how they are laid out), [`crumbs`] (the way back).
+//! Shared, and free of any agent: [`certainty_grid`], [`places`] (how they are laid out), [`clock_ring`] (what
+//! sixteen sonars hear), [`crumbs`] (the way back).
 #![forbid(unsafe_code)]
 
 pub mod avoidance;
 pub mod certainty_grid;
+pub mod clock_ring;
 pub mod corridor_follower;
 pub mod crumbs;
 pub mod feature_detector;

@@ -8,10 +8,12 @@
 //! * [`Outcomes`]: how sure an outcome is;
 //! * [`PlaceDiagram`]: the influence diagram, solved by `orienteer-influence`;
 //! * [`Selection`]: by what the next look is chosen; [`Lookahead`] plans several ahead;
+//! * `centre`: the start pose, corrected by the walls beside it;
 //! * [`LearnedCosts`]: what looks cost, learned while they are taken;
 //! * [`Session`]: all of it for one place, without a robot; [`rehearse`] compares rules by it.
 
 mod catalogue;
+mod centre;
 mod costs;
 mod diagram;
 mod lookahead;
@@ -29,20 +31,25 @@ use orienteer_runtime::{
     robot_model::Ring,
     time::Time,
     topics::{
-        FeatureOutcome, FeatureReport, FeatureRequest, FixedVec, Label, PlaceBelief, PlaceOrder, PlaceReport, PoseEstimate, Way,
+        FeatureOutcome, FeatureReport, FeatureRequest, FixedVec, Label, PlaceBelief, PlaceOrder, PlaceReport, PoseEstimate,
+        SonarScan, Way,
     },
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{crumbs::Crumbs, places::Reckoning};
+use crate::{
+    clock_ring::{Clockwork, Gathering, RingFilter},
+    crumbs::Crumbs,
+    places::Reckoning,
+};
 pub use catalogue::{Catalogue, CatalogueError, Feature, Hypothesis, MOST, Standing, Table};
 pub use costs::{Costs, LearnedCosts};
 pub use diagram::{PlaceDiagram, doubt};
 pub use lookahead::{Lookahead, Plan};
 pub use rehearsal::{Taken, rehearse};
 pub use selection::Selection;
-pub use sensor_model::Outcomes;
+pub use sensor_model::{Ending, Outcomes};
 pub use session::{Next, Session, Verdict};
 
 /// Parameters of the place classifier.
@@ -109,7 +116,7 @@ impl Default for PlaceClassifierConfig {
         Self {
             places: None,
             selection: Selection::GainPerCost,
-            outcomes: Outcomes::TwoValued,
+            outcomes: Outcomes::ThreeValued,
             content: 0.95,
             loss: 20_000.0,
             costs: Costs::default(),
@@ -144,6 +151,7 @@ pub struct PlaceClassifier {
 struct Mind {
     config: PlaceClassifierConfig,
     ring: Arc<Ring>,
+    clockwork: Clockwork,
     costs: RefCell<LearnedCosts>,
     /// Requests to the feature detector are numbered on.
     requests: RefCell<u32>,
@@ -158,6 +166,8 @@ struct Tally {
     cost: f64,
 }
 
+/// Passes of the sonar by which a robot centres itself.
+const PASSES: usize = 12;
 /// So often a robot tries to get back to where it came from.
 const TRIES: u32 = 4;
 /// What took the base is given time to go on, s.
@@ -195,6 +205,8 @@ struct Visit {
     mind: Rc<Mind>,
     pilot: Pilot,
     order: PlaceOrder,
+    /// The place's start pose, corrected by what was heard since.
+    start: Pose,
     reckoning: Reckoning,
     crumbs: Crumbs,
     report: PlaceReport,
@@ -205,27 +217,28 @@ impl Visit {
         let width = if order.width > 0.0 { order.width } else { mind.config.width };
         let reckoning = Reckoning::new(width, &mind.ring);
         let report = PlaceReport::new(order.stamp, order.order);
-        Self { mind, pilot, order, reckoning, crumbs: Crumbs::default(), report }
+        Self { mind, pilot, start: order.start, order, reckoning, crumbs: Crumbs::default(), report }
     }
 
     async fn run(mut self) -> Result<(), Aborted> {
         let mind = self.mind.clone();
         let (config, catalogue) = (&mind.config, &mind.config.catalogue);
         let began = self.pilot.now();
+        self.centre().await?;
         let Ok(mut session) = Session::new(config, self.order.opening()) else { return Ok(()) };
-        self.crumbs.drop(self.order.start);
+        self.crumbs.drop(self.start);
         let verdict = loop {
-            let prices = mind.prices(&self.reckoning, self.order.start, self.here());
+            let prices = mind.prices(&self.reckoning, self.start, self.here());
             let next = session.next(&prices).unwrap_or(Next::Report(Verdict { hypothesis: None, belief: 0.0, sure: false }));
             self.tell(&session, next);
             let feature = match next {
                 Next::Report(verdict) => break verdict,
                 Next::Look(feature) => feature,
             };
-            let outcome = self.look(feature).await;
-            session.observe(feature, outcome);
+            let ending = self.look(feature).await;
+            session.observe(feature, ending);
             // The next look, if there is one, may begin from nearer than the start pose.
-            let next = session.next(&mind.prices(&self.reckoning, self.order.start, self.here()));
+            let next = session.next(&mind.prices(&self.reckoning, self.start, self.here()));
             let toward = match next {
                 Ok(Next::Look(feature)) if !config.return_to_start => catalogue.feature.get(feature),
                 _ => None,
@@ -233,6 +246,7 @@ impl Visit {
             if self.go_back(toward).await.is_err() {
                 self.pilot.say("can't get back to where the place is looked at from");
             }
+            self.centre().await?;
         };
         self.report.looks = session.looks();
         self.report.took = self.pilot.now().secs_since(began);
@@ -242,7 +256,7 @@ impl Visit {
 
     /// Where the robot thinks it is.
     fn here(&self) -> Pose {
-        self.pilot.latest::<PoseEstimate>().map_or(self.order.start, |estimate| estimate.pose)
+        self.pilot.latest::<PoseEstimate>().map_or(self.start, |estimate| estimate.pose)
     }
 
     /// Says what is thought of the place, and what is looked for next.
@@ -269,11 +283,11 @@ impl Visit {
     }
 
     /// Has the feature detector look for a feature. Nobody who answers is as good as somebody in the way.
-    async fn look(&mut self, number: usize) -> FeatureOutcome {
+    async fn look(&mut self, number: usize) -> Ending {
         let mind = self.mind.clone();
-        let Some(feature) = mind.config.catalogue.feature.get(number) else { return FeatureOutcome::Abort };
-        let Some(search) = self.reckoning.search(feature.kind, feature.whereabouts, self.order.start) else {
-            return FeatureOutcome::Abort;
+        let Some(feature) = mind.config.catalogue.feature.get(number) else { return Ending::Interrupted };
+        let Some(search) = self.reckoning.search(feature.kind, feature.whereabouts, self.start) else {
+            return Ending::Interrupted;
         };
         let way = 100.0 * self.here().distance(&search.at);
         let request = {
@@ -283,12 +297,13 @@ impl Visit {
         };
         mind.tally.borrow_mut().looks += 1;
         let end = self.pilot.now() + LONGEST_LOOK;
-        let Some(report) = self.await_report(&request, end).await else { return FeatureOutcome::Abort };
+        let Some(report) = self.await_report(&request, end).await else { return Ending::Interrupted };
         mind.learn(feature, &report, way);
         self.report.driven += report.driven;
         self.report.turned += report.turned;
-        self.pilot.say(format!("{}: {:?}", feature.id, report.outcome()));
-        report.outcome()
+        let ending = Ending::of(&report);
+        self.pilot.say(format!("{}: {ending:?}, {:?}", feature.id, report.reason()));
+        ending
     }
 
     /// The request is repeated in every step: a detector that was built anew has heard none.
@@ -306,9 +321,23 @@ impl Visit {
         }
     }
 
+    /// Listens to the walls beside, and corrects the start pose by them.
+    async fn centre(&mut self) -> Result<(), Aborted> {
+        let mut gathering = Gathering::new(PASSES);
+        let clockwork = self.mind.clockwork.clone();
+        let listens = |inputs: &Inputs| {
+            inputs.each::<SonarScan>().iter().for_each(|scan| gathering.hear(&clockwork, scan));
+            gathering.is_full()
+        };
+        self.pilot.until(listens).await?;
+        let ring = gathering.ring(RingFilter::Median);
+        self.start = centre::centred(self.start, self.here(), &ring, &self.reckoning);
+        Ok(())
+    }
+
     /// Goes back along the way that it came: to the start pose, or to where a look in the direction of `toward` can begin.
     async fn go_back(&mut self, toward: Option<&Feature>) -> Result<(), Aborted> {
-        let start = self.order.start;
+        let start = self.start;
         let search = toward.and_then(|feature| self.reckoning.search(feature.kind, feature.whereabouts, start));
         let goal = search.map_or(start, |search| self.crumbs.nearest_on_line(start, search.at));
         let mut outcome = Ok(());
@@ -337,10 +366,10 @@ impl Visit {
         let hypothesis = verdict.hypothesis.and_then(|number| self.mind.config.catalogue.hypothesis.get(number));
         let ways = hypothesis.map_or(&[][..], |hypothesis| &hypothesis.ways);
         let report = &mut self.report;
-        (report.stamp, report.start, report.belief) = (self.pilot.now(), self.order.start, verdict.belief);
+        (report.stamp, report.start, report.belief) = (self.pilot.now(), self.start, verdict.belief);
         report.kind = Label::new(hypothesis.map_or("", |hypothesis| &hypothesis.id));
         report.title = Label::new(hypothesis.map_or("", Hypothesis::name));
-        report.ports = Way::ALL.map(|way| self.reckoning.port(way, self.order.start));
+        report.ports = Way::ALL.map(|way| self.reckoning.port(way, self.start));
         self.pilot.publish(report.with(verdict.sure, ways));
         let mut tally = self.mind.tally.borrow_mut();
         tally.places += 1;
@@ -399,7 +428,7 @@ impl Agent for PlaceClassifier {
     type Config = PlaceClassifierConfig;
 
     fn topics(wiring: &mut Wiring) {
-        wiring.reads::<PoseEstimate>().reads::<FeatureReport>().reads::<PlaceOrder>();
+        wiring.reads::<SonarScan>().reads::<PoseEstimate>().reads::<FeatureReport>().reads::<PlaceOrder>();
         wiring.writes::<FeatureRequest>().writes::<PlaceBelief>().writes::<PlaceReport>();
     }
 
@@ -425,6 +454,7 @@ impl Agent for PlaceClassifier {
         let mind = Mind {
             costs: RefCell::new(LearnedCosts::new(config.costs)),
             ring: robot.ring.clone(),
+            clockwork: Clockwork::new(&robot.ring).map_err(BuildError::new)?,
             config,
             requests: RefCell::default(),
             tally: RefCell::default(),

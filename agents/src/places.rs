@@ -107,7 +107,7 @@ const BEFORE_A_CORNER: f64 = 0.50;
 /// A metre before the wall that makes a corner.
 const BEFORE_A_WALL: f64 = 1.00;
 /// How far off a feature may be along a wall, m.
-const ERROR: f64 = 0.20;
+const ERROR: f64 = 0.30;
 
 /// The corridor and the robot, by which places are reckoned.
 #[derive(Debug, Clone, Copy, PartialEq)]

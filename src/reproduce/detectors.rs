@@ -80,6 +80,7 @@ fn noisy_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
     };
     let present = |trial: &Trial| cell(trial) == Standing::Present;
     let absent = |trial: &Trial| cell(trial) != Standing::Present;
+    let outcome_of = |standing: Standing, outcome| share(&|trial: &Trial| cell(trial) == standing, outcome);
     let collisions: u32 = runs.iter().map(|(_, seen)| seen.collisions).sum();
     let mut rows = vec![
         Row::information("with noise: detections", runs.len() as f64, ""),
@@ -92,6 +93,16 @@ fn noisy_rows(runs: &[(Trial, Seen)]) -> Vec<Row> {
         ),
         Row::at_most("with noise: found of those that are not", 0.3, share(&absent, FeatureOutcome::Found), "%"),
         Row::information("with noise: aborted of those that are there", share(&present, FeatureOutcome::Abort), "%"),
+        Row::information(
+            "with noise: aborted of those that are not there",
+            outcome_of(Standing::Absent, FeatureOutcome::Abort),
+            "%",
+        ),
+        Row::information(
+            "with noise: aborted of those that can't be reached",
+            outcome_of(Standing::Blocked, FeatureOutcome::Abort),
+            "%",
+        ),
         Row::exactly("with noise: collisions", 0.0, f64::from(collisions), ""),
     ];
     for (kind, name, cost, time) in [

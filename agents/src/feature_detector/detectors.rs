@@ -66,8 +66,9 @@ async fn convex(m: &Manoeuvre, search: &FeatureSearch) -> Result<(), Ended> {
     let half = 0.5 * m.config.wall_length;
     m.approach(search).await?;
     m.turn(-toward).await?;
+    m.align_beside(side).await?;
     ends(m.follow(side, half + ring + overshoot + search.error).await?)?;
-    m.go(clearance - overshoot).await?;
+    m.go(clearance - overshoot + BERTH).await?;
     let corner = m.mark(Pose::new(0.0, 0.0, -toward))?;
     m.turn(toward).await?;
     m.go(clearance + ring).await?;
@@ -127,6 +128,7 @@ async fn edge(m: &Manoeuvre, search: &FeatureSearch) -> Result<(), Ended> {
     let (face, beyond) = (config.clearance + m.face(), config.clearance + config.wall_overshoot);
     m.approach(search).await?;
     m.turn(-toward).await?;
+    m.align_beside(side).await?;
     ends(m.follow(side, half + ring + config.wall_overshoot + search.error).await?)?;
     m.go(config.clearance - config.wall_overshoot).await?;
     m.turn(toward).await?;
@@ -162,6 +164,9 @@ async fn edge(m: &Manoeuvre, search: &FeatureSearch) -> Result<(), Ended> {
     Ok(())
 }
 
+/// By so much a corner is given a wider berth than the walls, m: the robot goes round it by dead reckoning, and its sonars hear it
+/// nearer than it is.
+const BERTH: f64 = 0.05;
 /// Where to look for a wall behind a doorpost: so far past it, m. Nearer, the beams still hear the post.
 const PAST_THE_POST: f64 = 0.18;
 /// Where to begin to measure a post: so far before it, m.

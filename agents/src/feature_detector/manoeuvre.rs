@@ -16,9 +16,10 @@ use orienteer_runtime::{
     topics::{FeatureReason, FeatureSearch, Odometry, PoseEstimate, Side, SonarScan},
 };
 
+use crate::clock_ring::{ClockRing, Clockwork, DIRECTIONS, Gathering, STEP, double};
+
 use super::{
     FeatureDetectorConfig,
-    clock_ring::{ClockRing, Clockwork, DIRECTIONS, Gathering, STEP, double},
     wall_tests::{Beside, abeam, wall_ahead, wall_beside},
 };
 
@@ -59,6 +60,8 @@ const BLOCKED: u32 = 2;
 /// Who has not come on by this, m, for so long is kept from it: the base protects itself.
 const MOVES: f64 = 0.01;
 const STUCK: Duration = Duration::from_secs(3);
+/// Who is kept from coming nearer than this to where it should stand first is near enough, m.
+const NEARLY_THERE: f64 = 0.10;
 /// Slower than this it stands, m/s.
 const STANDS: f64 = 0.005;
 
@@ -439,6 +442,16 @@ impl Manoeuvre {
         Ok(())
     }
 
+    /// Drives to a pose. Where the base can't go on just before it, that will do.
+    async fn reach(&self, at: Pose, strategy: Strategy) -> Result<(), Aborted> {
+        match self.go_to(PoseHandle::at(at), strategy).await {
+            Err(Aborted::Blocked) if self.pose()?.distance(&at) < NEARLY_THERE => {
+                self.turn(angle::turn(self.pose()?.heading, at.heading)).await
+            }
+            ended => ended,
+        }
+    }
+
     /// What all detectors begin with: goes to where the feature is expected, faces its wall, and comes near.
     pub async fn approach(&self, search: &FeatureSearch) -> Result<(), Ended> {
         // Whichever side has one wall all along tells how the robot really stands; the way to the place turns with it.
@@ -453,7 +466,7 @@ impl Manoeuvre {
         }
         let strategy = if search.forward_first { Strategy::ForwardFirst } else { Strategy::Straight };
         let at = self.pose()?.then(before.between(search.at));
-        self.go_to(PoseHandle::at(at), strategy).await?;
+        self.reach(at, strategy).await?;
         if !self.is_wall_ahead().await? {
             return Err(Ended::NotFound(FeatureReason::NoWallAhead));
         }

@@ -2,7 +2,7 @@
 
 use orienteer_runtime::topics::Side;
 
-use super::clock_ring::{ClockRing, DIRECTIONS};
+use crate::clock_ring::{ClockRing, DIRECTIONS};
 
 /// A wall beside the robot is no farther than this from the sonar's face, m.
 const BESIDE: f64 = 0.80;
@@ -50,7 +50,7 @@ pub fn wall_beside(ring: &ClockRing, side: Side) -> Beside {
     }
 }
 
-/// Is there a wall ahead, however far? Four neighbours of a [double ring](super::clock_ring::double) within 56° of ahead must follow each
+/// Is there a wall ahead, however far? Four neighbours of a [double ring](crate::clock_ring::double) within 56° of ahead must follow each
 /// other closely, and what is straight ahead must be about as near as the nearest of them, lest a corner beside an opening be taken for
 /// a wall.
 #[must_use]
@@ -81,7 +81,7 @@ mod tests {
     /// nearest ray, up to 30° from the normal.
     fn ring(walls: &[(f64, f64)], turned: f64) -> ClockRing {
         std::array::from_fn(|i| {
-            let bearing = super::super::clock_ring::STEP * i as f64 + turned;
+            let bearing = crate::clock_ring::STEP * i as f64 + turned;
             let range = |(wall, distance): &(f64, f64)| {
                 let off = (bearing - wall + PI).rem_euclid(2.0 * PI) - PI;
                 let incidence = (off.abs() - 12f64.to_radians()).max(0.0);
@@ -112,7 +112,7 @@ mod tests {
     fn a_wall_ahead_is_seen_from_20_centimetres_to_740() {
         for n in 0..=72 {
             let wall = [(0.0, 0.20 + 0.1 * f64::from(n))];
-            let both = super::super::clock_ring::double(&ring(&wall, 0.0), &ring(&wall, 0.5 * super::super::clock_ring::STEP));
+            let both = crate::clock_ring::double(&ring(&wall, 0.0), &ring(&wall, 0.5 * crate::clock_ring::STEP));
             assert!(wall_ahead(&both), "{} m", wall[0].1);
         }
     }

@@ -1,9 +1,9 @@
 //! What naming places takes if every look ends as it should: the figures by which rules are compared.
 
-use orienteer_runtime::topics::{FeatureOutcome, Opening};
+use orienteer_runtime::topics::Opening;
 
 use super::{
-    PlaceClassifierConfig, Standing,
+    Ending, PlaceClassifierConfig, Standing,
     session::{Next, Session},
 };
 
@@ -47,7 +47,7 @@ pub fn rehearse(
             };
             cost += costs.get(feature).copied().unwrap_or_default();
             let there = catalogue.standing(feature, truth) == Standing::Present;
-            session.observe(feature, if there { FeatureOutcome::Found } else { FeatureOutcome::NotFound });
+            session.observe(feature, if there { Ending::Found } else { Ending::NotFound });
         };
         taken.looks += f64::from(session.looks()) / count as f64;
         taken.most_looks = taken.most_looks.max(session.looks());

@@ -1,13 +1,39 @@
 //! How a look for a feature ends, if the feature is there and if it is not.
 //!
-//! The rates are those that the detectors reach in simulation (`orienteer reproduce detectors`), with a floor of one in a hundred so that no kind of place is ever
-//! ruled out for good.
+//! The rates of three outcomes are those that the detectors reach in simulation (`orienteer reproduce detectors`), those of two are more cautious. Both have a
+//! floor, so that no kind of place is ever ruled out for good.
 
-use orienteer_runtime::topics::{FeatureKind, FeatureOutcome};
+use orienteer_runtime::topics::{FeatureKind, FeatureOutcome, FeatureReason, FeatureReport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::Standing;
+
+/// How a look ended, as far as it tells about the place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// The feature was found.
+    Found,
+    /// It was not.
+    NotFound,
+    /// The robot could not go on where it had to: there may be a wall.
+    Blocked,
+    /// Somebody came between, which says nothing about the place.
+    Interrupted,
+}
+
+impl Ending {
+    /// As the feature detector reports it.
+    #[must_use]
+    pub fn of(report: &FeatureReport) -> Self {
+        match (report.outcome(), report.reason()) {
+            (FeatureOutcome::Found, _) => Self::Found,
+            (FeatureOutcome::NotFound, _) => Self::NotFound,
+            (FeatureOutcome::Abort, FeatureReason::Overridden) => Self::Interrupted,
+            (FeatureOutcome::Abort, _) => Self::Blocked,
+        }
+    }
+}
 
 /// What the classifier makes of the outcomes of looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -15,9 +41,10 @@ use super::catalogue::Standing;
 pub enum Outcomes {
     /// Found and not found are certain, and prune the hypotheses (Randazza 1989). An abort says nothing.
     Certain,
-    /// Found and not found are probable. An abort says nothing: it may be anybody who stood in the way.
+    /// Found and not found are probable. An abort says nothing.
     TwoValued,
-    /// An abort is evidence as well: somewhere the way leads through a wall. Not where people walk about.
+    /// That the robot could not go on is evidence as well: at some kinds of places the way leads through a wall. An abort because a higher priority
+    /// took the base says nothing.
     ThreeValued,
 }
 
@@ -27,18 +54,18 @@ impl Outcomes {
     pub fn names(self) -> &'static [&'static str] {
         match self {
             Self::Certain | Self::TwoValued => &["found", "not found"],
-            Self::ThreeValued => &["found", "not found", "abort"],
+            Self::ThreeValued => &["found", "not found", "blocked"],
         }
     }
 
-    /// The number of an outcome, in the order of [`names`](Self::names); `None` if it says nothing.
+    /// The number of an ending, in the order of [`names`](Self::names); `None` if it says nothing.
     #[must_use]
-    pub fn number(self, outcome: FeatureOutcome) -> Option<usize> {
-        match (self, outcome) {
-            (_, FeatureOutcome::Found) => Some(0),
-            (_, FeatureOutcome::NotFound) => Some(1),
-            (Self::ThreeValued, FeatureOutcome::Abort) => Some(2),
-            (_, FeatureOutcome::Abort) => None,
+    pub fn number(self, ending: Ending) -> Option<usize> {
+        match (self, ending) {
+            (_, Ending::Found) => Some(0),
+            (_, Ending::NotFound) => Some(1),
+            (Self::ThreeValued, Ending::Blocked) => Some(2),
+            (_, Ending::Blocked | Ending::Interrupted) => None,
         }
     }
 
@@ -52,10 +79,10 @@ impl Outcomes {
             (Self::TwoValued, Standing::Present) if edge => &[0.97, 0.03],
             (Self::TwoValued, Standing::Present) => &[0.98, 0.02],
             (Self::TwoValued, _) => &[0.01, 0.99],
-            (Self::ThreeValued, Standing::Present) if edge => &[0.90, 0.02, 0.08],
-            (Self::ThreeValued, Standing::Present) => &[0.96, 0.02, 0.02],
-            (Self::ThreeValued, Standing::Absent) => &[0.01, 0.95, 0.04],
-            (Self::ThreeValued, Standing::Blocked) => &[0.01, 0.05, 0.94],
+            (Self::ThreeValued, Standing::Present) if edge => &[0.965, 0.005, 0.03],
+            (Self::ThreeValued, Standing::Present) => &[0.985, 0.005, 0.01],
+            (Self::ThreeValued, Standing::Absent) => &[0.003, 0.977, 0.02],
+            (Self::ThreeValued, Standing::Blocked) => &[0.003, 0.007, 0.99],
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use orienteer_influence::SolveError;
-use orienteer_runtime::topics::{FeatureOutcome, Opening};
+use orienteer_runtime::topics::Opening;
 
 use super::{
     PlaceClassifierConfig,
@@ -11,14 +11,14 @@ use super::{
     diagram::PlaceDiagram,
     lookahead::Lookahead,
     selection::{Offer, Selection},
-    sensor_model::Outcomes,
+    sensor_model::{Ending, Outcomes},
 };
 
 /// The looks at one place.
 ///
 /// ```
-/// use orienteer_agents::place_classifier::{Next, PlaceClassifierConfig, Session};
-/// use orienteer_runtime::topics::{FeatureOutcome, Opening};
+/// use orienteer_agents::place_classifier::{Ending, Next, PlaceClassifierConfig, Session};
+/// use orienteer_runtime::topics::Opening;
 ///
 /// let config = PlaceClassifierConfig::default();
 /// let costs: Vec<f64> = config.catalogue.feature.iter().map(|feature| config.costs.of(feature.kind)).collect();
@@ -26,7 +26,7 @@ use super::{
 /// while let Next::Look(feature) = session.next(&costs)? {
 ///     // At a T with its branch to the right.
 ///     let there = ["NRC", "FRC", "WL"].contains(&config.catalogue.feature[feature].id.as_str());
-///     session.observe(feature, if there { FeatureOutcome::Found } else { FeatureOutcome::NotFound });
+///     session.observe(feature, if there { Ending::Found } else { Ending::NotFound });
 /// }
 /// let Next::Report(verdict) = session.next(&costs)? else { unreachable!() };
 /// assert_eq!(verdict.hypothesis, Some(0));
@@ -41,6 +41,8 @@ pub struct Session {
     likelihoods: Vec<f64>,
     /// How often each feature has been looked for.
     uses: Vec<u32>,
+    /// Where the robot could not go on.
+    blocked: Vec<bool>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -98,7 +100,14 @@ impl Session {
             horizon: config.horizon,
         };
         let (features, hypotheses) = (catalogue.feature.len(), catalogue.hypothesis.len());
-        Ok(Self { catalogue, rules, diagram, likelihoods: vec![1.0; hypotheses], uses: vec![0; features] })
+        Ok(Self {
+            catalogue,
+            rules,
+            diagram,
+            likelihoods: vec![1.0; hypotheses],
+            uses: vec![0; features],
+            blocked: vec![false; features],
+        })
     }
 
     /// The influence diagram behind it.
@@ -120,10 +129,14 @@ impl Session {
     }
 
     /// A look for a feature ended so.
-    pub fn observe(&mut self, feature: usize, outcome: FeatureOutcome) {
+    pub fn observe(&mut self, feature: usize, ending: Ending) {
         let Some(known) = self.catalogue.feature.get(feature) else { return };
         self.uses[feature] += 1;
-        let Some(number) = self.rules.outcomes.number(outcome) else { return };
+        // Who is blocked again is so by the same thing.
+        if ending == Ending::Blocked && std::mem::replace(&mut self.blocked[feature], true) {
+            return;
+        }
+        let Some(number) = self.rules.outcomes.number(ending) else { return };
         for (h, likelihood) in self.likelihoods.iter_mut().enumerate() {
             *likelihood *= self.rules.outcomes.probabilities(known.kind, self.catalogue.standing(feature, h))[number];
         }

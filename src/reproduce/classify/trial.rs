@@ -35,7 +35,7 @@ pub(super) struct Named {
     pub cost: f64,
     /// Seconds.
     pub took: f64,
-    /// How far the robot stands from where it stood at the start, m.
+    /// How far the robot stands from the start pose at the end, m.
     pub off: f64,
     pub collisions: u32,
 }
@@ -88,8 +88,8 @@ struct Visitor {
     catalogue: Catalogue,
     order: Option<PlaceOrder>,
     report: Option<PlaceReport>,
-    /// Where the robot truly was at first, and is now.
-    truth: Option<(Truth, Truth)>,
+    /// Where the robot truly is.
+    truth: Option<Truth>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
@@ -103,9 +103,7 @@ struct VisitorConfig {
 
 impl Behaviour for Visitor {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
-        if let Some(truth) = inputs.latest::<Truth>() {
-            self.truth = Some((self.truth.map_or(*truth, |(first, _)| first), *truth));
-        }
+        self.truth = inputs.latest::<Truth>().copied().or(self.truth);
         if let Some(report) = inputs.fresh::<PlaceReport>() {
             self.report = Some(*report);
             out.end_mission();
@@ -128,8 +126,9 @@ impl Behaviour for Visitor {
         last_words.fact("looks_taken", f64::from(report.looks));
         last_words.fact("cost", 100.0 * report.driven + report.turned.to_degrees());
         last_words.fact("took", report.took);
-        if let Some((first, last)) = self.truth {
-            last_words.fact("off", first.pose.distance(&last.pose));
+        // The start pose is the origin of such a world.
+        if let Some(truth) = self.truth {
+            last_words.fact("off", truth.pose.x.hypot(truth.pose.y));
         }
     }
 }

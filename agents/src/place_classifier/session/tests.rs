@@ -39,11 +39,11 @@ fn named(session: &Session, ids: &[(&str, f64)]) {
 /// Found, found, found: first the wall on the left, then the near and the far corner on the right.
 #[test]
 fn three_findings_name_a_t() {
-    let config = PlaceClassifierConfig::default();
+    let config = PlaceClassifierConfig { outcomes: Outcomes::TwoValued, ..PlaceClassifierConfig::default() };
     let mut session = Session::new(&config, Opening::Lost).unwrap();
     let found = |session: &mut Session, id: &str| {
         let feature = config.catalogue.feature_by_id(id).unwrap();
-        session.observe(feature, FeatureOutcome::Found);
+        session.observe(feature, Ending::Found);
         crate::place_classifier::diagram::doubt(&session.beliefs())
     };
     assert!((found(&mut session, "WL") - 1.8249).abs() < 5e-5);
@@ -132,7 +132,7 @@ fn the_best_plan_is_the_tree_that_was_worked_out() {
         while let Next::Look(feature) = session.next(&costs).unwrap() {
             looks.push(config.catalogue.feature[feature].id.as_str());
             let there = config.catalogue.standing(feature, truth) == Standing::Present;
-            session.observe(feature, if there { FeatureOutcome::Found } else { FeatureOutcome::NotFound });
+            session.observe(feature, if there { Ending::Found } else { Ending::NotFound });
         }
         assert_eq!(looks.join(" "), expected[hypothesis.id.as_str()], "{}", hypothesis.id);
     }
@@ -150,15 +150,15 @@ fn with_a_hint_half_as_many_looks_will_do() {
 
 #[test]
 fn an_abort_says_nothing_unless_it_shall() {
-    let two = PlaceClassifierConfig::default();
+    let two = PlaceClassifierConfig { outcomes: Outcomes::TwoValued, ..PlaceClassifierConfig::default() };
     let mut session = Session::new(&two, Opening::Lost).unwrap();
     let before = session.beliefs();
-    session.observe(0, FeatureOutcome::Abort);
+    session.observe(0, Ending::Blocked);
     assert_eq!((session.beliefs(), session.looks()), (before, 1));
     let three = PlaceClassifierConfig { outcomes: Outcomes::ThreeValued, ..PlaceClassifierConfig::default() };
     let mut session = Session::new(&three, Opening::Lost).unwrap();
     let left_wall = three.catalogue.feature_by_id("WL").unwrap();
-    session.observe(left_wall, FeatureOutcome::Abort);
+    session.observe(left_wall, Ending::Blocked);
     let beliefs = session.beliefs();
     assert!(beliefs[1] > 0.5, "only at an L right the way to that wall is blocked: {beliefs:?}");
 }
@@ -167,7 +167,7 @@ fn an_abort_says_nothing_unless_it_shall() {
 fn what_contradicts_itself_is_no_known_place() {
     let config = certain(Selection::GainPerCost);
     let mut session = Session::new(&config, Opening::Lost).unwrap();
-    for (feature, outcome) in [("WL", FeatureOutcome::Found), ("WR", FeatureOutcome::Found)] {
+    for (feature, outcome) in [("WL", Ending::Found), ("WR", Ending::Found)] {
         session.observe(config.catalogue.feature_by_id(feature).unwrap(), outcome);
     }
     let expected = Verdict { hypothesis: None, belief: 0.0, sure: false };
@@ -178,7 +178,7 @@ fn what_contradicts_itself_is_no_known_place() {
 fn it_ends_however_looks_end() {
     for selection in Selection::ALL {
         let config = PlaceClassifierConfig { selection, ..PlaceClassifierConfig::default() };
-        for outcome in [FeatureOutcome::Abort, FeatureOutcome::Found, FeatureOutcome::NotFound] {
+        for outcome in [Ending::Blocked, Ending::Found, Ending::NotFound] {
             let mut session = Session::new(&config, Opening::Both).unwrap();
             let costs = costs(&config);
             while let Next::Look(feature) = session.next(&costs).unwrap() {
