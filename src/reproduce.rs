@@ -14,6 +14,7 @@ mod config;
 mod corridor;
 mod detectors;
 mod determinism;
+mod diagrams;
 mod echo;
 mod faults;
 mod kill;
@@ -35,7 +36,7 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 11] = [
+pub const SUITES: [Suite; 12] = [
     arbitration::SUITE,
     echo::SUITE,
     corridor::SUITE,
@@ -43,6 +44,7 @@ pub const SUITES: [Suite; 11] = [
     determinism::SUITE,
     faults::SUITE,
     detectors::SUITE,
+    diagrams::SUITE,
     classify::SUITE,
     config::SUITE,
     wire::SUITE,
