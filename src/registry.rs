@@ -1,6 +1,8 @@
 //! The kinds that a mission may name.
 
-use orienteer_agents::{Avoidance, CorridorFollower, FeatureDetector, MapperAgent, Patrol, PlaceClassifier, Wander, WhereAmI};
+use orienteer_agents::{
+    Avoidance, CorridorFollower, FeatureDetector, Geographer, MapperAgent, Patrol, PlaceClassifier, Wander, WhereAmI,
+};
 use orienteer_hardware::{
     base::presets,
     drivers::Drivers,
@@ -37,6 +39,7 @@ impl Registry {
             .add::<CorridorFollower>()
             .add::<FeatureDetector>()
             .add::<PlaceClassifier>()
+            .add::<Geographer>()
             .add::<Patrol>()
             .add::<Wander>()
             .add::<MapperAgent>();

@@ -3,8 +3,14 @@
 //! Where a robot has been it can be again. Every tenth of a metre it drops a crumb; crumbs that are so near to each other that the robot's
 //! body at the one nearly covers the way to the other are joined, so that a way back cuts the loops of the way that it came.
 
+use std::time::Duration;
+
 use nalgebra::Point2;
-use orienteer_runtime::geometry::Pose;
+use orienteer_runtime::{
+    agent::{Aborted, Pilot},
+    geometry::Pose,
+    topics::PoseEstimate,
+};
 use petgraph::{
     algo::astar,
     graph::{NodeIndex, UnGraph},
@@ -18,6 +24,11 @@ const JOINED: f64 = 0.25;
 const SLACK: f64 = 0.04;
 /// On a line is what is so near to it, m.
 const ON_LINE: f64 = 0.15;
+
+/// So often a robot tries to get back to where it came from.
+const TRIES: u32 = 4;
+/// What came between is given time to go on.
+const GIVE_WAY: Duration = Duration::from_secs(2);
 
 /// Where a robot has been.
 ///
@@ -65,6 +76,34 @@ impl Crumbs {
         points.extend(found.map(|(_, crumbs)| crumbs).unwrap_or_default().into_iter().map(|crumb| self.graph[crumb]));
         points.push(to);
         straightened(&points)
+    }
+
+    /// Drives back to a pose (map frame) where the robot has been, at up to `speed` m/s and `rate` rad/s. Where somebody comes between it tries again.
+    /// The base is released at the end.
+    ///
+    /// # Errors
+    /// If it can't get there.
+    pub async fn go_back(&mut self, pilot: &Pilot, to: Pose, speed: f64, rate: f64) -> Result<(), Aborted> {
+        let mut ended = Ok(());
+        for _ in 0..TRIES {
+            ended = self.retrace(pilot, to, speed, rate).await;
+            pilot.release();
+            if ended.is_ok() {
+                break;
+            }
+            pilot.sleep(GIVE_WAY).await.ok();
+        }
+        ended
+    }
+
+    async fn retrace(&mut self, pilot: &Pilot, to: Pose, speed: f64, rate: f64) -> Result<(), Aborted> {
+        let here = || pilot.latest::<PoseEstimate>().map(|estimate| estimate.pose).ok_or(Aborted::TimedOut);
+        self.drop(here()?);
+        for point in self.way(here()?.point(), to.point()) {
+            pilot.go(point, speed, rate).await?;
+            self.drop(here()?);
+        }
+        pilot.face(to.heading, rate).await
     }
 
     /// Of the crumbs on the line through `line` along its heading, the one from which `goal` is nearest, with that heading; `line` itself if there

@@ -12,6 +12,7 @@
 //! | [`wander`] | `wander` | straight on until it touches something, turns away, and on |
 //! | [`feature_detector`] | `feature-detector` | goes round walls, corners and wall ends to be sure of them |
 //! | [`place_classifier`] | `place-classifier` | names the place that a robot has come to, by an influence diagram |
+//! | [`geographer`] | `geographer` | explores a floor place by place, and draws its map |
 //! | [`mapper`] | `mapper` | draws a certainty grid |
 //!
 //! Shared, and free of any agent: [`certainty_grid`], [`places`] (how they are laid out), [`clock_ring`] (what
@@ -24,6 +25,7 @@ pub mod clock_ring;
 pub mod corridor_follower;
 pub mod crumbs;
 pub mod feature_detector;
+pub mod geographer;
 pub mod mapper;
 pub mod patrol;
 pub mod place_classifier;
@@ -34,6 +36,7 @@ pub mod where_am_i;
 pub use avoidance::Avoidance;
 pub use corridor_follower::CorridorFollower;
 pub use feature_detector::FeatureDetector;
+pub use geographer::Geographer;
 pub use mapper::MapperAgent;
 pub use patrol::Patrol;
 pub use place_classifier::PlaceClassifier;

@@ -168,10 +168,6 @@ struct Tally {
 
 /// Passes of the sonar by which a robot centres itself.
 const PASSES: usize = 12;
-/// So often a robot tries to get back to where it came from.
-const TRIES: u32 = 4;
-/// What took the base is given time to go on, s.
-const GIVE_WAY: Duration = Duration::from_secs(2);
 /// A detector that says nothing for so long is not there.
 const LONGEST_LOOK: Duration = Duration::from_secs(1200);
 
@@ -340,26 +336,8 @@ impl Visit {
         let start = self.start;
         let search = toward.and_then(|feature| self.reckoning.search(feature.kind, feature.whereabouts, start));
         let goal = search.map_or(start, |search| self.crumbs.nearest_on_line(start, search.at));
-        let mut outcome = Ok(());
-        for _ in 0..TRIES {
-            outcome = self.retrace(goal).await;
-            self.pilot.release();
-            if outcome.is_ok() {
-                break;
-            }
-            self.pilot.sleep(GIVE_WAY).await.ok();
-        }
-        outcome
-    }
-
-    async fn retrace(&mut self, goal: Pose) -> Result<(), Aborted> {
         let (speed, rate) = (self.mind.config.speed, self.mind.config.turn_rate);
-        self.crumbs.drop(self.here());
-        for point in self.crumbs.way(self.here().point(), goal.point()) {
-            self.pilot.go(point, speed, rate).await?;
-            self.crumbs.drop(self.here());
-        }
-        self.pilot.face(goal.heading, rate).await
+        self.crumbs.go_back(&self.pilot, goal, speed, rate).await
     }
 
     fn answer(&mut self, verdict: Verdict) {

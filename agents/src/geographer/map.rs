@@ -1,0 +1,326 @@
+//! The topological map: places, and the corridors between them (Kuipers & Byun 1988).
+//!
+//! A place has an arm in each of four directions. An arm is closed, or a corridor that leads somewhere, or one that nobody has gone yet. A place is recognised by where it
+//! is, within what the robot's reckoning may be off, and by the arm that it is entered by.
+
+use nalgebra::{Matrix2, Point2, Vector2};
+use petgraph::{
+    algo::astar,
+    graph::{EdgeIndex, NodeIndex, UnGraph},
+    visit::EdgeRef,
+};
+
+use super::compass::{Compass, Quarter};
+
+/// What an arm of a place is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arm {
+    /// A wall, or a doorway.
+    Closed,
+    /// A corridor that nobody has gone yet.
+    Unexplored,
+    /// A corridor to another place.
+    Leads(EdgeIndex),
+    /// A corridor, as it was said, that could not be gone.
+    GivenUp,
+}
+
+/// A place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// A, B, C and so on, in the order in which they were found.
+    pub name: String,
+    /// Its middle, map frame, m.
+    pub at: Point2<f64>,
+    /// Covariance of `at`, m².
+    pub covariance: Matrix2<f64>,
+    /// What it is, by its name in the catalogue, as seen by a robot that goes in the direction `seen`.
+    pub kind: String,
+    /// The same for people.
+    pub title: String,
+    /// How probable that is.
+    pub belief: f64,
+    /// In which direction the robot went that saw it first.
+    pub seen: Quarter,
+    /// By direction.
+    pub arms: [Arm; 4],
+    /// How often it has been come to.
+    pub visits: u32,
+}
+
+/// A corridor between two places.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corridor {
+    /// From the middle of one place to that of the other, m.
+    pub length: f64,
+    /// The place that it was gone from first, and the arm.
+    pub from: (NodeIndex, Quarter),
+    /// The place that it leads to, and the arm.
+    pub to: (NodeIndex, Quarter),
+}
+
+/// Legs of a way: the places to leave, each with the arm to leave by.
+pub type Route = Vec<(NodeIndex, Quarter)>;
+
+/// Places and corridors.
+#[derive(Debug, Clone, Default)]
+pub struct TopologicalMap {
+    graph: UnGraph<Place, Corridor>,
+    compass: Option<Compass>,
+}
+
+/// A place is recognised within three standard deviations and this, m.
+const GATE: f64 = 1.0;
+/// Odometry: what a straight way may be off along it, a share, and across it, rad; and what stopping adds, m. Each one standard deviation.
+const ALONG: f64 = 0.02;
+const ACROSS: f64 = 0.02;
+const STOPS: f64 = 0.05;
+
+impl TopologicalMap {
+    /// The directions of the floor. The first to ask says which heading a corridor has, rad.
+    pub fn compass(&mut self, heading: f64) -> Compass {
+        *self.compass.get_or_insert_with(|| Compass::new(heading))
+    }
+
+    /// The directions of the floor, once a corridor is known.
+    #[must_use]
+    pub fn known_compass(&self) -> Option<Compass> {
+        self.compass
+    }
+
+    /// All places, in the order in which they were found.
+    pub fn places(&self) -> impl ExactSizeIterator<Item = (NodeIndex, &Place)> {
+        self.graph.node_indices().map(|node| (node, &self.graph[node]))
+    }
+
+    /// All corridors, in the order in which they were gone.
+    pub fn corridors(&self) -> impl Iterator<Item = &Corridor> {
+        self.graph.edge_weights()
+    }
+
+    /// A place.
+    #[must_use]
+    pub fn place(&self, place: NodeIndex) -> Option<&Place> {
+        self.graph.node_weight(place)
+    }
+
+    /// How many arms nobody has gone yet.
+    #[must_use]
+    pub fn unexplored(&self) -> usize {
+        self.graph.node_weights().flat_map(|place| place.arms).filter(|arm| *arm == Arm::Unexplored).count()
+    }
+
+    /// Where a robot is that has gone so far from a place, m, in this direction; with covariance.
+    #[must_use]
+    pub fn reached(&self, from: NodeIndex, direction: Quarter, distance: f64) -> Option<(Point2<f64>, Matrix2<f64>)> {
+        let (place, compass) = (self.graph.node_weight(from)?, self.compass?);
+        let (sin, cos) = compass.heading(direction).sin_cos();
+        let (along, across) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        let spread = |unit: Vector2<f64>, deviation: f64| unit * unit.transpose() * (deviation * deviation);
+        let grown = spread(along, ALONG * distance + STOPS) + spread(across, ACROSS * distance + STOPS);
+        Some((place.at + along * distance, place.covariance + grown))
+    }
+
+    /// The known place that is there, if there is one. Of several the nearest.
+    #[must_use]
+    pub fn recognise(&self, at: Point2<f64>, covariance: &Matrix2<f64>) -> Option<NodeIndex> {
+        let distance = |place: &Place| (place.at - at).norm();
+        let gate = |place: &Place| {
+            // Larger than any deviation of the two together.
+            let deviation = (place.covariance + covariance).trace().max(0.0).sqrt();
+            distance(place) < (GATE + 3.0 * deviation).min(2.0)
+        };
+        let near = self.places().filter(|(_, place)| gate(place));
+        near.min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b))).map(|(place, _)| place)
+    }
+
+    /// Adds a place, and gives it a name.
+    pub fn add(&mut self, mut place: Place) -> NodeIndex {
+        place.name = name(self.graph.node_count());
+        self.graph.add_node(place)
+    }
+
+    /// A known place was come to again, and was there: both estimates together are better than either.
+    pub fn seen_again(&mut self, place: NodeIndex, at: Point2<f64>, covariance: &Matrix2<f64>) {
+        let Some(place) = self.graph.node_weight_mut(place) else { return };
+        place.visits += 1;
+        let Some(inverse) = (place.covariance + covariance).try_inverse() else { return };
+        let gain = place.covariance * inverse;
+        place.at += gain * (at - place.at);
+        let updated = (Matrix2::identity() - gain) * place.covariance;
+        place.covariance = 0.5 * (updated + updated.transpose());
+    }
+
+    /// An arm turned out to be something else.
+    pub fn set_arm(&mut self, place: NodeIndex, direction: Quarter, arm: Arm) {
+        if let Some(place) = self.graph.node_weight_mut(place) {
+            place.arms[direction.index()] = arm;
+        }
+    }
+
+    /// A corridor was gone from one place to another. One that is known already gets a better length.
+    pub fn join(&mut self, from: (NodeIndex, Quarter), to: (NodeIndex, Quarter), length: f64) {
+        if let Some(Arm::Leads(known)) = self.graph.node_weight(from.0).map(|place| place.arms[from.1.index()])
+            && let Some(corridor) = self.graph.edge_weight_mut(known)
+            && (corridor.from.0 == to.0 || corridor.to.0 == to.0)
+        {
+            corridor.length = 0.5 * (corridor.length + length);
+            return;
+        }
+        let edge = self.graph.add_edge(from.0, to.0, Corridor { length, from, to });
+        self.set_arm(from.0, from.1, Arm::Leads(edge));
+        self.set_arm(to.0, to.1, Arm::Leads(edge));
+    }
+
+    /// The corridor behind an arm: its length, and the place and arm at its other end.
+    #[must_use]
+    pub fn corridor(&self, from: NodeIndex, arm: Quarter) -> Option<(f64, (NodeIndex, Quarter))> {
+        let Arm::Leads(edge) = self.graph.node_weight(from)?.arms[arm.index()] else { return None };
+        let corridor = self.graph.edge_weight(edge)?;
+        let other = if corridor.from == (from, arm) { corridor.to } else { corridor.from };
+        Some((corridor.length, other))
+    }
+
+    /// The shortest way from a place to an arm that nobody has gone yet; the last leg is that arm. A robot that stands there facing in a direction goes
+    /// straight on rather than right, right rather than left, and back last.
+    #[must_use]
+    pub fn nearest_unexplored(&self, from: NodeIndex, facing: Quarter) -> Option<Route> {
+        let goals = self.places().flat_map(|(node, place)| {
+            let open = Quarter::ALL.into_iter().filter(|arm| place.arms[arm.index()] == Arm::Unexplored);
+            open.map(move |arm| (node, arm))
+        });
+        let way = |(goal, arm): (NodeIndex, Quarter)| {
+            let length = |edge: petgraph::graph::EdgeReference<'_, Corridor>| edge.weight().length;
+            let (distance, nodes) = astar(&self.graph, from, |node| node == goal, length, |_| 0.0)?;
+            let bias = if goal == from { turning(facing, arm) } else { 0.0 };
+            Some((distance + bias, nodes, (goal, arm)))
+        };
+        let best = goals.filter_map(way).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, nodes, last) = best;
+        let mut route: Route = nodes.windows(2).filter_map(|two| self.leg(two[0], two[1])).collect();
+        route.push(last);
+        Some(route)
+    }
+
+    /// By which arm to leave a place for its neighbour: the shortest corridor, if there are several.
+    fn leg(&self, from: NodeIndex, to: NodeIndex) -> Option<(NodeIndex, Quarter)> {
+        let corridors = self.graph.edges_connecting(from, to).map(|edge| *edge.weight());
+        let shortest = corridors.min_by(|a, b| a.length.total_cmp(&b.length))?;
+        Some(if shortest.from.0 == from { shortest.from } else { shortest.to })
+    }
+
+    /// True if all corridors and places that were found hang together.
+    #[must_use]
+    pub fn is_connected(&self) -> bool {
+        petgraph::algo::connected_components(&self.graph) <= 1
+    }
+
+    /// The corridors at a place.
+    pub fn at(&self, place: NodeIndex) -> impl Iterator<Item = &Corridor> {
+        self.graph.edges(place).map(|edge| edge.id()).filter_map(|edge| self.graph.edge_weight(edge))
+    }
+}
+
+/// By how much a turn is disliked, as if it were so far to drive, m.
+fn turning(facing: Quarter, arm: Quarter) -> f64 {
+    use orienteer_runtime::topics::Way;
+    match facing.way_to(arm) {
+        Some(Way::Ahead) => 0.0,
+        Some(Way::Right) => 0.1,
+        Some(Way::Left) => 0.2,
+        None => 0.3,
+    }
+}
+
+/// A to Z, AA to AZ and so on.
+fn name(mut number: usize) -> String {
+    let mut letters = Vec::new();
+    loop {
+        letters.push(b'A' + (number % 26) as u8);
+        number /= 26;
+        if number == 0 {
+            break;
+        }
+        number -= 1;
+    }
+    letters.reverse();
+    String::from_utf8_lossy(&letters).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn place(x: f64, y: f64, arms: [Arm; 4]) -> Place {
+        Place {
+            name: String::new(),
+            at: Point2::new(x, y),
+            covariance: Matrix2::identity() * 0.01,
+            kind: "H1".into(),
+            title: String::new(),
+            belief: 1.0,
+            seen: Quarter::ALL[0],
+            arms,
+            visits: 1,
+        }
+    }
+
+    /// Two places in a line, with a branch at the second one.
+    fn line() -> (TopologicalMap, NodeIndex, NodeIndex) {
+        use Arm::{Closed, Unexplored};
+        let mut map = TopologicalMap::default();
+        map.compass(0.0);
+        let a = map.add(place(0.0, 0.0, [Unexplored, Closed, Closed, Closed]));
+        let b = map.add(place(5.0, 0.0, [Closed, Unexplored, Unexplored, Unexplored]));
+        map.join((a, Quarter::ALL[0]), (b, Quarter::ALL[2]), 5.0);
+        (map, a, b)
+    }
+
+    #[test]
+    fn names_go_on_after_z() {
+        assert_eq!([0, 25, 26, 51, 52, 701, 702].map(name), ["A", "Z", "AA", "AZ", "BA", "ZZ", "AAA"]);
+    }
+
+    #[test]
+    fn the_nearest_arm_is_gone_first_and_straight_on_before_sideways() {
+        let (map, a, b) = line();
+        assert_eq!(map.unexplored(), 2);
+        let [_, left, _, right] = Quarter::ALL;
+        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, right)]));
+        assert_eq!(map.nearest_unexplored(b, left), Some(vec![(b, left)]));
+        assert_eq!(map.nearest_unexplored(a, Quarter::ALL[0]).unwrap()[0], (a, Quarter::ALL[0]));
+    }
+
+    #[test]
+    fn a_place_is_recognised_where_it_should_be_and_nowhere_else() {
+        let (map, a, b) = line();
+        let (at, covariance) = map.reached(a, Quarter::ALL[0], 5.3).unwrap();
+        assert_eq!(map.recognise(at, &covariance), Some(b));
+        let (at, covariance) = map.reached(a, Quarter::ALL[1], 5.0).unwrap();
+        assert_eq!(map.recognise(at, &covariance), None);
+    }
+
+    #[test]
+    fn who_comes_again_knows_better() {
+        let (mut map, a, b) = line();
+        let before = map.place(b).unwrap().clone();
+        let (at, covariance) = map.reached(a, Quarter::ALL[0], 5.2).unwrap();
+        map.seen_again(b, at, &covariance);
+        let after = map.place(b).unwrap();
+        assert!(after.at.x > before.at.x && after.at.x < at.x);
+        assert!(after.covariance.trace() < before.covariance.trace());
+        map.join((a, Quarter::ALL[0]), (b, Quarter::ALL[2]), 5.2);
+        assert_eq!(map.corridors().count(), 1);
+        assert!((map.corridors().next().unwrap().length - 5.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn with_nothing_left_there_is_no_way() {
+        let (mut map, _, b) = line();
+        for quarter in [1, 3] {
+            map.set_arm(b, Quarter::ALL[quarter], Arm::GivenUp);
+        }
+        assert_eq!((map.unexplored(), map.nearest_unexplored(b, Quarter::ALL[0])), (0, None));
+    }
+}
