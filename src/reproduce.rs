@@ -17,6 +17,7 @@ mod determinism;
 mod diagrams;
 mod echo;
 mod faults;
+mod geographer;
 mod kill;
 mod parallel;
 mod wire;
@@ -36,7 +37,7 @@ pub struct Suite {
 }
 
 /// All suites, in the order in which they are run.
-pub const SUITES: [Suite; 12] = [
+pub const SUITES: [Suite; 13] = [
     arbitration::SUITE,
     echo::SUITE,
     corridor::SUITE,
@@ -46,6 +47,7 @@ pub const SUITES: [Suite; 12] = [
     detectors::SUITE,
     diagrams::SUITE,
     classify::SUITE,
+    geographer::SUITE,
     config::SUITE,
     wire::SUITE,
     kill::SUITE,

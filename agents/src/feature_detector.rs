@@ -13,6 +13,7 @@
 //!
 //! * [`wall_tests`](wall_beside): is there a wall beside, or ahead?
 //! * `manoeuvre`: looking, turning, aligning, following;
+//! * `recovery`: what to do when somebody comes between;
 //! * `detectors`: the four manoeuvres, each an `async fn` that reads as it goes;
 //! * [`shape`](is_such_a_feature): whether the three points make such a feature.
 //!
@@ -23,6 +24,7 @@
 
 mod detectors;
 mod manoeuvre;
+mod recovery;
 mod shape;
 mod wall_tests;
 
@@ -41,6 +43,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use manoeuvre::{Ended, Manoeuvre};
+use recovery::LastOverride;
 pub use shape::is_such_a_feature;
 pub use wall_tests::{Beside, wall_ahead, wall_beside};
 
@@ -86,6 +89,9 @@ pub struct FeatureDetectorConfig {
     /// Steps of 5 cm in which a post must come abeam.
     #[schemars(range(min = 1, max = 50))]
     pub doorpost_steps: u32,
+    /// How often a detector may begin a part of its manoeuvre again, since somebody came between.
+    #[schemars(range(min = 0, max = 100))]
+    pub recoveries: u32,
     /// How often a wall or a corner that is there is found; measured, see `orienteer reproduce detectors`.
     #[schemars(range(min = 0.5, max = 1.0))]
     pub hit_rate: f64,
@@ -113,6 +119,7 @@ impl Default for FeatureDetectorConfig {
             doorpost_distance: 0.31,
             doorpost: 0.38,
             doorpost_steps: 6,
+            recoveries: 8,
             hit_rate: 0.98,
             edge_hit_rate: 0.97,
             false_alarm_rate: 0.01,
@@ -142,6 +149,7 @@ pub struct FeatureDetector {
     request: u32,
     script: Option<Script>,
     counts: Rc<Counts>,
+    last_override: Rc<LastOverride>,
 }
 
 /// How many detectors ended in each way.
@@ -173,8 +181,9 @@ impl FeatureDetector {
         let Some(search) = request.search() else { return };
         let (number, counts) = (request.request, self.counts.clone());
         let (config, clockwork) = (self.config.clone(), self.clockwork.clone());
+        let last_override = self.last_override.clone();
         self.script = Some(Script::new(&self.wiring, move |pilot| async move {
-            let report = run(&pilot, config, clockwork, number, search).await;
+            let report = run(&pilot, config, clockwork, number, search, last_override).await;
             counts.count(report.outcome());
             pilot.publish(report);
             Ok(())
@@ -189,11 +198,12 @@ async fn run(
     clockwork: Rc<Clockwork>,
     request: u32,
     search: FeatureSearch,
+    last_override: Rc<LastOverride>,
 ) -> FeatureReport {
     let began = pilot.now();
     let travelled = || pilot.latest::<PoseEstimate>().map_or(0.0, |estimate| estimate.travelled);
     let before = travelled();
-    let manoeuvre = Manoeuvre::new(pilot.clone(), config.clone(), clockwork);
+    let manoeuvre = Manoeuvre::new(pilot.clone(), config.clone(), clockwork, last_override);
     let ended = detectors::detect(&manoeuvre, &search).await;
     let mut points = manoeuvre.points();
     if !detectors::in_order(&search) {
@@ -262,6 +272,7 @@ impl Agent for FeatureDetector {
             request: 0,
             script: None,
             counts: Rc::default(),
+            last_override: Rc::default(),
         })
     }
 }

@@ -76,6 +76,9 @@ pub struct PlaceClassifierConfig {
     /// No place is looked at more often.
     #[schemars(range(min = 1, max = 100))]
     pub looks: u32,
+    /// Looks in which somebody came between don't count; after so many the place is named anyhow.
+    #[schemars(range(min = 1, max = 1000))]
+    pub interruptions: u32,
     /// No feature is looked for more often at one place.
     #[schemars(range(min = 1, max = 10))]
     pub repeats: u32,
@@ -122,6 +125,7 @@ impl Default for PlaceClassifierConfig {
             costs: Costs::default(),
             learn_costs: true,
             looks: 12,
+            interruptions: 20,
             repeats: 2,
             least_gain: 0.001,
             horizon: 2,

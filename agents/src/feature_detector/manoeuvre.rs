@@ -20,6 +20,7 @@ use crate::clock_ring::{ClockRing, Clockwork, DIRECTIONS, Gathering, STEP, doubl
 
 use super::{
     FeatureDetectorConfig,
+    recovery::{LastOverride, Recovery},
     wall_tests::{Beside, abeam, wall_ahead, wall_beside},
 };
 
@@ -70,6 +71,8 @@ pub struct Manoeuvre {
     pub pilot: Pilot,
     pub config: Rc<FeatureDetectorConfig>,
     clockwork: Rc<Clockwork>,
+    recovery: Recovery,
+    last_override: Rc<LastOverride>,
     /// All that it has turned, without sign, rad.
     turned: Cell<f64>,
     /// When it came on last while it followed something, and how far it had travelled then.
@@ -88,8 +91,23 @@ pub struct Followed {
 }
 
 impl Manoeuvre {
-    pub fn new(pilot: Pilot, config: Rc<FeatureDetectorConfig>, clockwork: Rc<Clockwork>) -> Self {
-        Self { pilot, config, clockwork, turned: Cell::new(0.0), moved: Cell::default(), points: RefCell::default() }
+    pub fn new(
+        pilot: Pilot,
+        config: Rc<FeatureDetectorConfig>,
+        clockwork: Rc<Clockwork>,
+        last_override: Rc<LastOverride>,
+    ) -> Self {
+        let recovery = Recovery::new(config.recoveries);
+        Self {
+            pilot,
+            config,
+            clockwork,
+            recovery,
+            last_override,
+            turned: Cell::new(0.0),
+            moved: Cell::default(),
+            points: RefCell::default(),
+        }
     }
 
     /// All that it has turned, without sign, rad.
@@ -109,9 +127,19 @@ impl Manoeuvre {
 
     /// A ring of distinct passes.
     pub async fn ring(&self) -> Result<ClockRing, Aborted> {
-        let mut gathering = Gathering::new(self.config.readings as usize);
-        self.pilot.until(|inputs| self.gather(&mut gathering, inputs)).await?;
-        Ok(gathering.ring(self.config.filter))
+        self.undisturbed(async || {
+            let mut gathering = Gathering::new(self.config.readings as usize);
+            self.pilot.until(|inputs| self.gather(&mut gathering, inputs)).await?;
+            Ok(gathering.ring(self.config.filter))
+        })
+        .await
+    }
+
+    /// A part of the manoeuvre that begins here, once more if somebody comes between.
+    async fn undisturbed<T>(&self, part: impl AsyncFn() -> Result<T, Aborted>) -> Result<T, Aborted> {
+        let [.., fast] = self.config.turn_rates_deg;
+        let pace = (self.config.speed, fast.to_radians());
+        self.recovery.undisturbed(&self.pilot, &self.last_override, self.pose()?, pace, part).await
     }
 
     fn gather(&self, gathering: &mut Gathering, inputs: &Inputs) -> bool {
@@ -161,17 +189,17 @@ impl Manoeuvre {
             rates[0]
         };
         self.turned.set(self.turned.get() + angle.abs());
-        self.pilot.rotate(angle, rate.to_radians()).await
+        self.undisturbed(async || self.pilot.rotate(angle, rate.to_radians()).await).await
     }
 
     /// Drives straight on, or back.
     pub async fn go(&self, distance: f64) -> Result<(), Aborted> {
-        self.pilot.translate(distance, self.config.speed).await
+        self.undisturbed(async || self.pilot.translate(distance, self.config.speed).await).await
     }
 
     /// The same where it is narrow.
     pub async fn creep(&self, distance: f64) -> Result<(), Aborted> {
-        self.pilot.translate(distance, self.config.creep_speed).await
+        self.undisturbed(async || self.pilot.translate(distance, self.config.creep_speed).await).await
     }
 
     /// Drives until what is ahead is as far from the front sonar as this.
@@ -184,7 +212,8 @@ impl Manoeuvre {
     pub async fn go_to(&self, goal: PoseHandle, strategy: Strategy) -> Result<(), Aborted> {
         let [.., fast] = self.config.turn_rates_deg;
         let from = self.pose()?;
-        self.pilot.move_to(goal, strategy, self.config.speed, fast.to_radians()).await?;
+        let rate = fast.to_radians();
+        self.undisturbed(async || self.pilot.move_to(goal, strategy, self.config.speed, rate).await).await?;
         // What it turned on the way is not told; between the two headings it turned at least this.
         self.turned.set(self.turned.get() + angle::turn(from.heading, goal.pose().heading).abs());
         Ok(())
@@ -295,6 +324,10 @@ impl Manoeuvre {
 
     /// Follows the wall on a side for a length, or until it ends.
     pub async fn follow(&self, side: Side, length: f64) -> Result<Followed, Aborted> {
+        self.undisturbed(async || self.follow_once(side, length).await).await
+    }
+
+    async fn follow_once(&self, side: Side, length: f64) -> Result<Followed, Aborted> {
         let start = self.travelled()?;
         let (mut missing, mut blocked) = (0, 0);
         let mut wall_ended = !self.is_wall_beside(side).await?;
@@ -340,6 +373,12 @@ impl Manoeuvre {
 
     /// Follows the wall on a side until there is something as near ahead as `front`.
     pub async fn follow_to_corner(&self, side: Side, longest: f64, front: f64) -> Result<(), Ended> {
+        let wrong = self.undisturbed(async || self.follow_to_corner_once(side, longest, front).await).await?;
+        wrong.map_or(Ok(()), |reason| Err(Ended::NotFound(reason)))
+    }
+
+    /// Says what is wrong, if anything is.
+    async fn follow_to_corner_once(&self, side: Side, longest: f64, front: f64) -> Result<Option<FeatureReason>, Aborted> {
         let start = self.travelled()?;
         let mut missing = 0;
         let mut ended = (!self.is_wall_beside(side).await?).then_some(FeatureReason::NoWallBeside);
@@ -358,7 +397,7 @@ impl Manoeuvre {
             ended = (missing >= self.config.tries).then_some(FeatureReason::WallTooShort);
         }
         self.stand().await?;
-        ended.map_or(Ok(()), |reason| Err(Ended::NotFound(reason)))
+        Ok(ended)
     }
 
     /// A ring while it drives; `None` when it has come so far, m travelled. A base that is kept from going on is

@@ -21,8 +21,8 @@ pub enum Arm {
     Unexplored,
     /// A corridor to another place.
     Leads(EdgeIndex),
-    /// A corridor, as it was said, that could not be gone.
-    GivenUp,
+    /// A corridor, as it was said, that could not be gone, so many times.
+    GivenUp(u32),
 }
 
 /// A place.
@@ -69,6 +69,8 @@ pub struct TopologicalMap {
     compass: Option<Compass>,
 }
 
+/// An arm that could not be gone so often is none.
+const PERSISTENCE: u32 = 3;
 /// A place is recognised within three standard deviations and this, m.
 const GATE: f64 = 1.0;
 /// Odometry: what a straight way may be off along it, a share, and across it, rad; and what stopping adds, m. Each one standard deviation.
@@ -151,6 +153,17 @@ impl TopologicalMap {
         place.covariance = 0.5 * (updated + updated.transpose());
     }
 
+    /// An arm could not be gone.
+    pub fn give_up(&mut self, place: NodeIndex, direction: Quarter) {
+        let Some(place) = self.graph.node_weight_mut(place) else { return };
+        let arm = &mut place.arms[direction.index()];
+        *arm = match *arm {
+            Arm::Unexplored => Arm::GivenUp(1),
+            Arm::GivenUp(times) => Arm::GivenUp(times + 1),
+            Arm::Closed | Arm::Leads(_) => return,
+        };
+    }
+
     /// An arm turned out to be something else.
     pub fn set_arm(&mut self, place: NodeIndex, direction: Quarter, arm: Arm) {
         if let Some(place) = self.graph.node_weight_mut(place) {
@@ -182,12 +195,18 @@ impl TopologicalMap {
     }
 
     /// The shortest way from a place to an arm that nobody has gone yet; the last leg is that arm. A robot that stands there facing in a direction goes
-    /// straight on rather than right, right rather than left, and back last.
+    /// straight on rather than right, right rather than left, and back last. When none is left, those that could not be gone are tried again.
     #[must_use]
     pub fn nearest_unexplored(&self, from: NodeIndex, facing: Quarter) -> Option<Route> {
+        let unexplored = |arm: Arm| arm == Arm::Unexplored;
+        let tried = |arm: Arm| matches!(arm, Arm::GivenUp(times) if times < PERSISTENCE);
+        self.nearest(from, facing, unexplored).or_else(|| self.nearest(from, facing, tried))
+    }
+
+    fn nearest(&self, from: NodeIndex, facing: Quarter, wanted: impl Fn(Arm) -> bool) -> Option<Route> {
         let goals = self.places().flat_map(|(node, place)| {
-            let open = Quarter::ALL.into_iter().filter(|arm| place.arms[arm.index()] == Arm::Unexplored);
-            open.map(move |arm| (node, arm))
+            let open = Quarter::ALL.into_iter().filter(|arm| wanted(place.arms[arm.index()])).collect::<Vec<_>>();
+            open.into_iter().map(move |arm| (node, arm))
         });
         let way = |(goal, arm): (NodeIndex, Quarter)| {
             let length = |edge: petgraph::graph::EdgeReference<'_, Corridor>| edge.weight().length;
@@ -316,10 +335,20 @@ mod tests {
     }
 
     #[test]
+    fn what_could_not_be_gone_is_tried_again_at_the_end() {
+        let (mut map, _, b) = line();
+        let [_, left, _, right] = Quarter::ALL;
+        map.give_up(b, right);
+        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, left)]));
+        (0..PERSISTENCE).for_each(|_| map.give_up(b, left));
+        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, right)]));
+    }
+
+    #[test]
     fn with_nothing_left_there_is_no_way() {
         let (mut map, _, b) = line();
         for quarter in [1, 3] {
-            map.set_arm(b, Quarter::ALL[quarter], Arm::GivenUp);
+            map.set_arm(b, Quarter::ALL[quarter], Arm::GivenUp(PERSISTENCE));
         }
         assert_eq!((map.unexplored(), map.nearest_unexplored(b, Quarter::ALL[0])), (0, None));
     }

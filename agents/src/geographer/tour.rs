@@ -250,7 +250,7 @@ impl Tour {
                 return Some(Departure { place: standing.place, arm, from: self.here(), out, stood: standing });
             }
             self.pilot.say("can't get out that way");
-            self.map.borrow_mut().set_arm(standing.place, arm, Arm::GivenUp);
+            self.map.borrow_mut().give_up(standing.place, arm);
             self.go_back(standing.start).await;
         }
     }
@@ -287,9 +287,7 @@ impl Tour {
     /// Notes that an arm leads nowhere, and goes back to where the robot stood before it took it.
     async fn give_up(&mut self, lost: &Departure) {
         self.pilot.say("this leads nowhere; goes back");
-        if let Some(Arm::Unexplored) = self.map.borrow().place(lost.place).map(|place| place.arms[lost.arm.index()]) {
-            self.map.borrow_mut().set_arm(lost.place, lost.arm, Arm::GivenUp);
-        }
+        self.map.borrow_mut().give_up(lost.place, lost.arm);
         self.go_back(lost.stood.start).await;
     }
 

@@ -41,6 +41,8 @@ pub struct Session {
     likelihoods: Vec<f64>,
     /// How often each feature has been looked for.
     uses: Vec<u32>,
+    /// How often somebody came between.
+    interrupted: u32,
     /// Where the robot could not go on.
     blocked: Vec<bool>,
 }
@@ -54,6 +56,7 @@ struct Rules {
     least_gain: f64,
     repeats: u32,
     looks: u32,
+    interruptions: u32,
     horizon: u32,
 }
 
@@ -97,6 +100,7 @@ impl Session {
             least_gain: config.least_gain,
             repeats: config.repeats,
             looks: config.looks,
+            interruptions: config.interruptions,
             horizon: config.horizon,
         };
         let (features, hypotheses) = (catalogue.feature.len(), catalogue.hypothesis.len());
@@ -106,6 +110,7 @@ impl Session {
             diagram,
             likelihoods: vec![1.0; hypotheses],
             uses: vec![0; features],
+            interrupted: 0,
             blocked: vec![false; features],
         })
     }
@@ -131,6 +136,10 @@ impl Session {
     /// A look for a feature ended so.
     pub fn observe(&mut self, feature: usize, ending: Ending) {
         let Some(known) = self.catalogue.feature.get(feature) else { return };
+        if ending == Ending::Interrupted {
+            self.interrupted += 1;
+            return;
+        }
         self.uses[feature] += 1;
         // Who is blocked again is so by the same thing.
         if ending == Ending::Blocked && std::mem::replace(&mut self.blocked[feature], true) {
@@ -156,7 +165,8 @@ impl Session {
         // Of equals the first one.
         let best = beliefs.iter().position(|belief| *belief == most).filter(|_| most > 0.0);
         let verdict = Verdict { hypothesis: best, belief: most, sure: most >= self.rules.content };
-        if verdict.sure || best.is_none() || self.looks() >= self.rules.looks {
+        let enough = self.looks() >= self.rules.looks || self.interrupted >= self.rules.interruptions;
+        if verdict.sure || best.is_none() || enough {
             return Ok(Next::Report(verdict));
         }
         let choice = match self.rules.selection {

@@ -178,7 +178,7 @@ fn what_contradicts_itself_is_no_known_place() {
 fn it_ends_however_looks_end() {
     for selection in Selection::ALL {
         let config = PlaceClassifierConfig { selection, ..PlaceClassifierConfig::default() };
-        for outcome in [Ending::Blocked, Ending::Found, Ending::NotFound] {
+        for outcome in [Ending::Blocked, Ending::Found, Ending::NotFound, Ending::Interrupted] {
             let mut session = Session::new(&config, Opening::Both).unwrap();
             let costs = costs(&config);
             while let Next::Look(feature) = session.next(&costs).unwrap() {
