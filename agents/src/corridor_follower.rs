@@ -100,6 +100,9 @@ pub struct CorridorFollower {
     /// The last one that it has reported. Whoever gave it repeats it until the report has arrived.
     done: u32,
     autostart: bool,
+    /// Whether a higher priority has the base, and how often one has taken it during this order.
+    overridden: bool,
+    overrides: u32,
     stretches: u32,
     /// How the stretches ended.
     endings: [u32; ENDINGS.len()],
@@ -129,6 +132,7 @@ impl CorridorFollower {
             self.follower.call_off();
             out.base.release();
         } else {
+            self.overrides = 0;
             self.follower.begin();
         }
     }
@@ -143,9 +147,12 @@ impl Behaviour for CorridorFollower {
         for scan in inputs.each::<SonarScan>() {
             self.follower.heard(scan);
         }
-        if let BaseState::Overridden { .. } = out.base.state() {
+        let overridden = matches!(out.base.state(), BaseState::Overridden { .. });
+        if overridden {
             self.follower.overridden();
         }
+        self.overrides += u32::from(overridden && !std::mem::replace(&mut self.overridden, overridden));
+        self.overridden = overridden;
         match self.follower.wish(now) {
             Wish::Nothing => {}
             Wish::Drive(twist) => out.base.drive(twist),
@@ -153,6 +160,7 @@ impl Behaviour for CorridorFollower {
                 let pose = inputs.latest::<PoseEstimate>().map_or_else(Default::default, |estimate| estimate.pose);
                 let mut report = CorridorReport::new(now, self.order, opening);
                 (report.pose, report.width, report.ahead, report.length) = (pose, width, ahead, length);
+                report.overrides = std::mem::take(&mut self.overrides);
                 out.publish(report);
                 out.say(format!("{opening:?} after {length:.2} m"));
                 out.base.release();
@@ -186,6 +194,15 @@ impl Agent for CorridorFollower {
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {
         let follower = Follower::new(config, robot.ring.clone(), robot.platform.clone()).map_err(BuildError::new)?;
-        Ok(Self { follower, order: 0, done: 0, autostart: config.autostart, stretches: 0, endings: Default::default() })
+        Ok(Self {
+            follower,
+            order: 0,
+            done: 0,
+            autostart: config.autostart,
+            overridden: false,
+            overrides: 0,
+            stretches: 0,
+            endings: Default::default(),
+        })
     }
 }

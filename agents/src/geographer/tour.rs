@@ -66,6 +66,13 @@ enum Arrived {
 
 /// A place that stops the follower this far from where it should be is another one, m.
 const ELSEWHERE: f64 = 1.0;
+/// Two places are farther from each other than this, m.
+const LEAST: f64 = 1.5;
+/// Who is so far off its line, m, or its course, rad, does not look along its corridor.
+const OFF_LINE: f64 = 0.35;
+const OFF_COURSE: f64 = 0.4;
+/// By so much the odometry may be off the course of a corridor, rad.
+const DRIFT: f64 = 0.1;
 /// Who comes on by less has been stopped by the same thing again, m.
 const STUCK: f64 = 0.30;
 /// Somebody who stands in the way is given so long to go on.
@@ -73,7 +80,7 @@ const GIVE_WAY: Duration = Duration::from_secs(4);
 /// So often the robot finds the way ahead closed before it takes it for the end of a corridor.
 const LOOKS: u32 = 3;
 /// So often it tries to go where something keeps it from going.
-const TRIES: u32 = 4;
+const TRIES: u32 = 12;
 /// What is between a robot and the first place that it knows anything about: its middle may be off by this, m, one standard deviation.
 const FIRST: f64 = 0.05;
 
@@ -106,7 +113,7 @@ impl Tour {
 
     /// Follows the corridor to its next place, and names it if it is new.
     async fn stretch(&mut self, departure: Option<&Departure>) -> Result<Arrived, Aborted> {
-        let report = self.follow().await?;
+        let report = self.follow(departure.map_or_else(|| self.here(), |departure| departure.from)).await?;
         if report.opening() == Opening::Lost {
             return Ok(Arrived::Lost);
         }
@@ -136,6 +143,10 @@ impl Tour {
             Some((usual, _)) if length < usual => return Ok(Arrived::Nowhere),
             _ => self.map.borrow().recognise(at, &covariance),
         };
+        // Who has not come out of the place where it was has come to no other.
+        if departure.is_some_and(|departure| known == Some(departure.place) || (known.is_none() && length < LEAST)) {
+            return Ok(Arrived::Lost);
+        }
         let mut standing = Standing { place: NodeIndex::end(), facing, start: report.pose, reckoning, middle };
         if let Some(known) = known {
             standing.place = known;
@@ -155,14 +166,21 @@ impl Tour {
         Ok(Arrived::At(standing))
     }
 
-    /// Has the follower go to where something opens or ends. What blocks the way is given time to go away first.
-    async fn follow(&mut self) -> Result<CorridorReport, Aborted> {
+    /// Has the follower go to where something opens or ends, from `from` on in that direction. What blocks the way is given time to go away first.
+    async fn follow(&mut self, from: Pose) -> Result<CorridorReport, Aborted> {
         let (mut closed, mut lost) = (0, 0);
         loop {
             let report = self.order_follower().await?;
+            let on_line = self.is_on_line(from);
             match report.opening() {
                 Opening::DeadEnd => {
-                    closed = if report.length < STUCK { closed + 1 } else { 1 };
+                    // Who stepped aside for somebody may have met nobody but them.
+                    closed = match report {
+                        CorridorReport { overrides: 1.., .. } => 0,
+                        _ if !on_line => 0,
+                        CorridorReport { length, .. } if length < STUCK => closed + 1,
+                        _ => 1,
+                    };
                     if closed >= LOOKS {
                         return Ok(report);
                     }
@@ -176,7 +194,23 @@ impl Tour {
                 _ => return Ok(report),
             }
             self.pilot.sleep(GIVE_WAY).await?;
+            if !on_line {
+                self.back_on_line(from).await;
+            }
         }
+    }
+
+    /// True if the robot is about where it should be that has gone straight on from there.
+    fn is_on_line(&self, from: Pose) -> bool {
+        let off = from.between(self.here());
+        // The odometry may be off its course as well, after all the turns at a place.
+        off.y.abs() < OFF_LINE + DRIFT * off.x.abs() && off.heading.abs() < OFF_COURSE
+    }
+
+    /// Whoever stepped aside may stand beside its way, or across it.
+    async fn back_on_line(&mut self, from: Pose) {
+        let along = from.between(self.here()).x.max(0.0);
+        self.go_back(from.then(Pose::new(along, 0.0, 0.0))).await;
     }
 
     /// The order is repeated in every step: a follower that was built anew has heard none.
@@ -250,8 +284,18 @@ impl Tour {
                 return Some(Departure { place: standing.place, arm, from: self.here(), out, stood: standing });
             }
             self.pilot.say("can't get out that way");
-            self.map.borrow_mut().give_up(standing.place, arm);
             self.go_back(standing.start).await;
+            if self.map.borrow().corridor(standing.place, arm).is_some() {
+                // That way is known to be one: the follower makes the best of wherever the robot stands.
+                return Some(Departure {
+                    place: standing.place,
+                    arm,
+                    from: self.toward(&standing, arm),
+                    out: 0.0,
+                    stood: standing,
+                });
+            }
+            self.map.borrow_mut().give_up(standing.place, arm);
         }
     }
 
@@ -267,6 +311,12 @@ impl Tour {
         }
         self.persist(|tour| Leg::Go(port).drive(tour)).await?;
         self.persist(|tour| Leg::Face(port.heading).drive(tour)).await
+    }
+
+    /// Where the robot is, as if it faced an arm.
+    fn toward(&self, standing: &Standing, arm: Quarter) -> Pose {
+        let turn = standing.facing.way_to(arm).map_or(PI, |way| standing.reckoning.port(way, Pose::default()).heading);
+        Pose { heading: angle::wrap(standing.start.heading + turn), ..self.here() }
     }
 
     /// Tries again where somebody came between.

@@ -66,7 +66,7 @@ impl Opening {
 /// The corridor follower has arrived at a place, or gives up. Topic `corridor/report`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::CorridorReport.v1")]
+#[type_name("orienteer::CorridorReport.v2")]
 pub struct CorridorReport {
     /// When the robot came to rest.
     pub stamp: Time,
@@ -74,6 +74,8 @@ pub struct CorridorReport {
     pub order: u32,
     /// See [`CorridorReport::opening`].
     opening: u32,
+    /// How often a higher priority took the base on the way: what ended the stretch may have come and may go.
+    pub overrides: u32,
     /// Where the robot stands, map frame.
     pub pose: Pose,
     /// Distance between the corridor's walls as seen on the way, m; 0 if never seen.
