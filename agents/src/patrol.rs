@@ -80,9 +80,8 @@ const BELIEVED: u32 = 6;
 const WIDEST: f64 = 4.0;
 /// Who has been kept from going on for this long gives the way up: before the base forgets what it met and does not see any more.
 const HINDERED: Duration = Duration::from_secs(8);
-/// A stretch shorter than this was no way at all, m; so many of them, one after the other, and the robot is hemmed in.
+/// A stretch shorter than this was no way at all, m: the robot is hemmed in.
 const NO_WAY: f64 = 0.05;
-const HEMMED_IN: u32 = 2;
 /// How long a ring takes to have looked everywhere.
 const LOOK_ROUND: Duration = Duration::from_secs(1);
 /// What is nearer than this repels, m; what is nearer than that repels no more strongly.
@@ -143,14 +142,12 @@ async fn patrol(
     pilot.next::<PoseEstimate>().await?;
     // A patrol that was built anew must not give an order that was carried out before.
     let mut order = (pilot.now().as_nanos() / 1_000_000) as u32;
-    let (mut lost, mut hemmed_in) = (0, 0);
+    let mut lost = 0;
     loop {
         order += 1;
         let report = follow(&pilot, order).await?;
-        hemmed_in = if report.length < NO_WAY { hemmed_in + 1 } else { 0 };
-        if hemmed_in >= HEMMED_IN {
+        if report.length < NO_WAY {
             // Beside a wall or in a corner the follower may take for a corridor what is none.
-            hemmed_in = 0;
             into_the_open(&pilot, &config, &eyes).await.ok();
             pilot.release();
             continue;

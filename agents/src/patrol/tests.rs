@@ -79,6 +79,7 @@ impl Walk {
         // The follower is at the place at once.
         for order in self.out.published::<CorridorOrder>().iter().filter(|_| self.followed) {
             let mut report = CorridorReport::new(self.now, order.order, Opening::Left);
+            report.length = 4.0;
             report.width = 1.5;
             self.inputs.put(report);
         }
