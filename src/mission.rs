@@ -9,6 +9,7 @@ mod elsewhere;
 mod embedded;
 mod output;
 mod paths;
+mod places;
 mod remarks;
 mod world;
 

@@ -68,7 +68,7 @@ impl Behaviour for Geographer {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
         if self.script.step(now, inputs, out).is_some() {
             let map = self.map.borrow();
-            out.say(format!("all is explored: {} places, {} corridors", map.places().len(), map.corridors().count()));
+            out.announce(format!("all is explored: {} places, {} corridors", map.places().len(), map.corridors().count()));
             self.done = Some(now);
         }
         if self.done.is_some() && self.config.finish {
@@ -84,6 +84,7 @@ impl Behaviour for Geographer {
         if let Some(done) = self.done {
             last_words.fact("explored_s", done.as_secs_f64());
         }
+        export::lines(&map).into_iter().for_each(|line| last_words.note(line));
         match export::json(&map) {
             Ok(json) => last_words.file("places.json", json.into_bytes()),
             Err(error) => last_words.failure(format!("the map of places can't be written: {error}")),

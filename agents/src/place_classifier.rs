@@ -278,7 +278,7 @@ impl Visit {
             looking_for: Label::new(feature.map_or("", |feature| feature.id.as_str())),
         });
         if let Some(feature) = feature {
-            self.pilot.say(format!("{}; looks for {}", likely(catalogue, &beliefs), feature.id));
+            self.pilot.announce(format!("{}; looks for {}", likely(catalogue, &beliefs), feature.id));
         }
     }
 
@@ -357,7 +357,8 @@ impl Visit {
         tally.places += 1;
         tally.sure += u32::from(verdict.sure);
         let name = hypothesis.map_or("no place that is known", Hypothesis::name);
-        self.pilot.say(format!("{name}, {:.1} % sure, after {} looks", 100.0 * verdict.belief, self.report.looks));
+        let looks = if self.report.looks == 1 { "look" } else { "looks" };
+        self.pilot.announce(format!("{name}, {:.1} % sure, after {} {looks}", 100.0 * verdict.belief, self.report.looks));
     }
 }
 

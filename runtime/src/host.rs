@@ -306,10 +306,14 @@ pub fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
 /// Target of the first good news (INFO) of a node that has warned: whoever was told of trouble is told that it is over.
 pub const RELIEF: &str = "orienteer::relief";
 
+/// Target of what a node [announces](crate::agent::Outputs::announce).
+pub const NEWS: &str = "orienteer::news";
+
 fn show(context: &RobotContext, now: Time, line: &LogLine, answers: bool) {
     let (robot, node) = (&*context.robot, &*context.node);
     match line.level {
         Level::TRACE | Level::DEBUG => tracing::debug!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),
+        Level::INFO if line.news => tracing::info!(target: NEWS, "{now} {robot}/{node}: {}", line.text),
         Level::INFO if answers => tracing::info!(target: RELIEF, "{now} {robot}/{node}: {}", line.text),
         Level::INFO => tracing::info!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),
         Level::WARN => tracing::warn!(target: "orienteer", "{now} {robot}/{node}: {}", line.text),

@@ -13,7 +13,7 @@ use tracing_subscriber::{
 };
 
 use super::{stderr, style::Paint};
-use crate::runtime::host::RELIEF;
+use crate::runtime::host::{NEWS, RELIEF};
 
 /// Sends log lines, and what panics say, to standard error. Robots' lines carry the mission's time; the wall clock's would only differ
 /// from run to run.
@@ -24,7 +24,7 @@ pub fn start(verbose: u8, quiet: bool) {
         (false, 1) => LevelFilter::INFO,
         (false, _) => LevelFilter::DEBUG,
     };
-    // Who sees that something has failed sees that it works again.
+    // Who sees that something has failed sees that it works again; and what robots find out is why they were sent.
     let relief = if quiet { level } else { level.max(LevelFilter::INFO) };
     let subscriber = tracing_subscriber::fmt()
         .with_max_level(LevelFilter::TRACE)
@@ -33,7 +33,7 @@ pub fn start(verbose: u8, quiet: bool) {
         .with_ansi(Paint::stderr().is_coloured())
         .with_writer(|| Lines)
         .finish()
-        .with(Targets::new().with_default(level).with_target(RELIEF, relief));
+        .with(Targets::new().with_default(level).with_target(RELIEF, relief).with_target(NEWS, relief));
     // Fails only if there is one already.
     let _ = tracing::subscriber::set_global_default(subscriber);
     std::panic::set_hook(Box::new(|panic| stderr::write(last_words(panic).as_bytes())));

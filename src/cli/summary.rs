@@ -67,6 +67,8 @@ struct Robot {
     restarts: u64,
     dropped: u64,
     map: Option<MapFigures>,
+    /// What its nodes say in words.
+    notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -110,7 +112,7 @@ impl Summary {
     /// The summary for a terminal.
     pub fn text(&self, paint: Paint) -> String {
         let mut text = self.heading(paint);
-        for part in [self.robots(paint), self.holders(paint), self.maps(paint), self.files(paint)] {
+        for part in [self.robots(paint), self.holders(paint), self.maps(paint), self.notes(paint), self.files(paint)] {
             if !part.is_empty() {
                 text.push('\n');
                 text.push_str(&part);
@@ -208,6 +210,18 @@ impl Summary {
         table.render(paint, |_, _, cell| cell.to_owned())
     }
 
+    /// What nodes say in words, robot by robot.
+    fn notes(&self, paint: Paint) -> String {
+        let mut text = String::new();
+        for robot in self.robots.iter().filter(|robot| !robot.notes.is_empty()) {
+            let _ = writeln!(text, "{}", paint.bold(&format!("{} found", robot.name)));
+            for note in &robot.notes {
+                let _ = writeln!(text, "{}", style::wrap(note, 3));
+            }
+        }
+        text
+    }
+
     fn files(&self, paint: Paint) -> String {
         let mut text = String::new();
         if !self.files.is_empty() {
@@ -246,6 +260,7 @@ impl Robot {
             restarts: report.nodes.iter().map(|node| u64::from(node.panics)).sum(),
             dropped: report.nodes.iter().map(|node| node.dropped).sum(),
             map: map(),
+            notes: report.nodes.iter().flat_map(|node| node.finish.notes.iter().cloned()).collect(),
         }
     }
 }

@@ -7,9 +7,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orienteer_runtime::config::Sources;
+use orienteer_runtime::{agent::OutputFile, config::Sources};
 
-use super::{Outcome, paths::Trails};
+use super::{Outcome, paths::Trails, places};
 
 /// The output directory can't be used.
 #[derive(Debug, thiserror::Error)]
@@ -49,10 +49,14 @@ pub(super) fn collect_failures(outcome: &mut Outcome) {
 pub(super) fn write(directory: &Path, outcome: &mut Outcome, trails: &Trails, sources: &Sources) {
     let mut left = Vec::new();
     for robot in &mut outcome.robots {
-        // A directory for each robot, since files name each other: a map's YAML its image.
-        for file in robot.nodes.iter_mut().flat_map(|node| node.finish.files.drain(..)) {
-            left.push((directory.join(&robot.name).join(&file.name), file));
+        let mut files: Vec<OutputFile> = robot.nodes.iter_mut().flat_map(|node| node.finish.files.drain(..)).collect();
+        match places::picture(&files) {
+            Some(Ok(picture)) => files.push(picture),
+            Some(Err(failure)) => outcome.failures.push(failure),
+            None => {}
         }
+        // A directory for each robot, since files name each other: a map's YAML its image.
+        left.extend(files.into_iter().map(|file| (directory.join(&robot.name).join(&file.name), file)));
     }
     let mut shelf = Shelf { sources, kept: outcome.files.iter().filter_map(|path| identity(path)).collect() };
     for (path, file) in left {

@@ -20,7 +20,7 @@ pub(super) const SUITE: Suite =
     Suite { name: "classify", help: "names places of twelve kinds, with and without a hint, by every rule", run };
 
 /// Seeds from here on were not looked at while the classifier was made.
-const FIRST_SEED: u64 = 2001;
+const FIRST_SEED: u64 = 5001;
 /// Huey's corridors and ring.
 const HUEY: Reckoning = Reckoning { width: 1.12, face: 0.08 };
 

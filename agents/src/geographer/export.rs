@@ -96,6 +96,26 @@ pub fn json(map: &TopologicalMap) -> Result<String, serde_json::Error> {
     Ok(text)
 }
 
+/// A line for each place, for the summary: what it is, where, and where its corridors lead.
+#[must_use]
+pub fn lines(map: &TopologicalMap) -> Vec<String> {
+    let PlacesFile { places, corridors } = file(map);
+    let leads = |name: &str| {
+        let to = corridors.iter().filter_map(|corridor| match (corridor.from == name, corridor.to == name) {
+            (true, _) => Some(format!("{} {:.1} m", corridor.to, corridor.length)),
+            (_, true) => Some(format!("{} {:.1} m", corridor.from, corridor.length)),
+            _ => None,
+        });
+        to.collect::<Vec<_>>().join(", ")
+    };
+    let line = |place: &PlaceEntry| {
+        let [x, y] = place.at;
+        let sure = 100.0 * place.belief;
+        format!("{}: {}, {sure:.1} % sure, at ({x:.1}, {y:.1}); to {}", place.name, place.title, leads(&place.name))
+    };
+    places.iter().map(line).collect()
+}
+
 /// The map for GraphViz: `neato -n places.dot` puts places where they are.
 #[must_use]
 pub fn dot(map: &TopologicalMap) -> String {

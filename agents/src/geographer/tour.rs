@@ -154,7 +154,7 @@ impl Tour {
             map.seen_again(known, at, &covariance);
             let name = map.place(known).map(|place| place.name.clone()).unwrap_or_default();
             drop(map);
-            self.pilot.say(format!("at {name} again"));
+            self.pilot.announce(format!("at {name} again"));
         } else {
             let Some(place) = self.name(&mut standing, &report).await else { return Ok(Arrived::Nowhere) };
             standing.place = self.map.borrow_mut().add(Place { at, covariance, ..place });
@@ -359,12 +359,8 @@ impl Tour {
         let map = self.map.borrow();
         let Some(at) = map.place(place).filter(|place| place.visits == 1) else { return };
         let (places, corridors, open) = (map.places().len(), map.corridors().count(), map.unexplored());
-        self.pilot.say(format!(
-            "{} is a {}, {:.1} % sure; {places} places, {corridors} corridors, {open} ways to go",
-            at.name,
-            at.title,
-            100.0 * at.belief
-        ));
+        let counts = format!("places {places}, corridors {corridors}, ways to go {open}");
+        self.pilot.announce(format!("{}: {}, {:.1} % sure; {counts}", at.name, at.title, 100.0 * at.belief));
     }
 }
 

@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn kinds_of_ones_own_are_added() {
         let mut catalogue = Catalogue::corridors();
-        catalogue.extend(toml::from_str(include_str!("../../../configs/places.toml")).unwrap());
+        catalogue.extend(toml::from_str(include_str!("../../../configs/places/more.toml")).unwrap());
         assert_eq!(catalogue.check(), Ok(()));
         let names: Vec<&str> = catalogue.hypothesis.iter().skip(12).map(|hypothesis| hypothesis.id.as_str()).collect();
         assert_eq!(names, ["dead-end", "room"]);

@@ -45,8 +45,9 @@ impl Canvas {
         Point2::new(self.bounds.min.x + at(column), self.bounds.max.y - at(row))
     }
 
-    /// The pixel of a point of the world; outside the picture too.
-    fn to_pixel(&self, p: Point2<f64>) -> (f64, f64) {
+    /// The pixel of a point of the world, column and row; outside the picture too.
+    #[must_use]
+    pub fn to_pixel(&self, p: Point2<f64>) -> (f64, f64) {
         ((p.x - self.bounds.min.x) / self.resolution, (self.bounds.max.y - p.y) / self.resolution)
     }
 

@@ -19,6 +19,8 @@ pub struct LogLine {
     pub level: Level,
     /// The sentence.
     pub text: String,
+    /// True if people want to read it who have not asked for log lines.
+    pub news: bool,
 }
 
 /// Everything that a node may do in one step.
@@ -118,8 +120,18 @@ impl Outputs {
 
     /// Says something; it is shown and recorded with the time and the node's name.
     pub fn log(&mut self, level: Level, text: impl Into<String>) {
+        self.repeat(LogLine { level, text: text.into(), news: false });
+    }
+
+    /// Says something at level [`Level::INFO`] that people want to read who have not asked for log lines: what the robot found out, now and then.
+    pub fn announce(&mut self, text: impl Into<String>) {
+        self.repeat(LogLine { level: Level::INFO, text: text.into(), news: true });
+    }
+
+    /// Passes on what was said.
+    pub(super) fn repeat(&mut self, line: LogLine) {
         if self.logs.len() < MAX_LOGS {
-            self.logs.push(LogLine { level, text: text.into() });
+            self.logs.push(line);
         } else {
             self.overflow += 1;
         }
@@ -178,6 +190,8 @@ pub struct Finish {
     pub files: Vec<OutputFile>,
     /// What it should have left and could not, a sentence each.
     pub failures: Vec<String>,
+    /// What the summary shall tell in words, a line each.
+    pub notes: Vec<String>,
 }
 
 impl Finish {
@@ -189,6 +203,11 @@ impl Finish {
     /// Adds a file.
     pub fn file(&mut self, name: impl Into<String>, bytes: Vec<u8>) {
         self.files.push(OutputFile { name: name.into(), bytes });
+    }
+
+    /// Adds a line to the summary.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.notes.push(text.into());
     }
 
     /// Says what could not be done. A person is told, and the program's exit code says so, too.

@@ -120,7 +120,7 @@ impl Desk {
             out.undeclared().note(topic);
         }
         for line in self.logs.drain(..) {
-            out.log(line.level, line.text);
+            out.repeat(line);
         }
         for publish in self.publications.drain(..) {
             publish(out);
@@ -268,7 +268,12 @@ impl Pilot {
 
     /// Says something.
     pub fn say(&self, text: impl Into<String>) {
-        self.desk.borrow_mut().logs.push(LogLine { level: Level::INFO, text: text.into() });
+        self.desk.borrow_mut().logs.push(LogLine { level: Level::INFO, text: text.into(), news: false });
+    }
+
+    /// Says something that people want to read who have not asked for log lines.
+    pub fn announce(&self, text: impl Into<String>) {
+        self.desk.borrow_mut().logs.push(LogLine { level: Level::INFO, text: text.into(), news: true });
     }
 
     /// Saves the pose that lies at `offset` (robot frame) from where the robot thinks it is; `None` before the first estimate.
