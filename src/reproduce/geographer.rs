@@ -11,7 +11,7 @@ use super::{Effort, Row, Suite, SuiteError, in_parallel};
 use crate::{
     Registry,
     agents::geographer::export::{PlaceEntry, PlacesFile},
-    hardware::world::floors::{Floor, FloorSpec, Heading, Truth},
+    hardware::world::floors::{Corridor, Floor, FloorSpec, Heading, Place, Truth},
     mission::{self, Recording, RunOptions},
     runtime::geometry::angle,
 };
@@ -90,7 +90,7 @@ fn mean(floors: &[Explored], figure: impl Fn(&Explored) -> f64) -> f64 {
 fn explore(seed: u64, people: u32) -> Result<Explored, SuiteError> {
     let spec = FloorSpec { places: Some(10 + (seed % 31) as u32), people, ..FloorSpec::default() };
     let floor = Floor::generate(seed, &spec).map_err(SuiteError::from_display)?;
-    let files = [("tour.toml".to_owned(), mission(&floor.truth, seed)), ("floor.toml".to_owned(), floor.text())];
+    let files = [("tour.toml".to_owned(), mission(&floor, seed)), ("floor.toml".to_owned(), floor.text())];
     let files = files.map(|(name, text)| (name, text.into_bytes()));
     let registry = Registry::standard();
     let loaded = mission::load_files(files, "tour.toml", &registry).map_err(SuiteError::from_display)?;
@@ -108,13 +108,19 @@ fn explore(seed: u64, people: u32) -> Result<Explored, SuiteError> {
     Ok(explored)
 }
 
-/// A robot in the middle of the floor's first corridor.
-fn mission(truth: &Truth, seed: u64) -> String {
-    let start = truth.corridors.first().and_then(|corridor| {
-        let at = |end: &str| truth.place(end).map(crate::hardware::world::floors::Place::point);
+/// A robot in the middle of the floor's first corridor in which nobody walks.
+fn mission(floor: &Floor, seed: u64) -> String {
+    let middle = |corridor: &Corridor| {
+        let at = |end: &str| floor.truth.place(end).map(Place::point);
         let (from, to) = (at(&corridor.from.place)?, at(&corridor.to.place)?);
         Some((nalgebra::center(&from, &to), corridor.from.arm.radians().to_degrees()))
-    });
+    };
+    let is_free = |at: &Point2<f64>| {
+        let walks =
+            |path: &[Point2<f64>]| path.windows(2).any(|leg| (leg[0] - at).dot(&(leg[1] - at)) < 0.0 && off(leg, at) < 1.0);
+        !floor.plan.person.iter().any(|person| walks(&person.path.iter().map(|xy| xy.point()).collect::<Vec<_>>()))
+    };
+    let start = floor.truth.corridors.iter().filter_map(middle).find(|(at, _)| is_free(at));
     let (at, heading) = start.unwrap_or((Point2::origin(), 0.0));
     format!(
         r#"
@@ -147,6 +153,12 @@ cruise_speed = 0.3
 "#,
         at.x, at.y
     )
+}
+
+/// How far a point is off the line through two, m.
+fn off(line: &[Point2<f64>], at: &Point2<f64>) -> f64 {
+    let along = line[1] - line[0];
+    along.perp(&(at - line[0])).abs() / along.norm().max(f64::EPSILON)
 }
 
 /// Holds a map against the truth.
