@@ -214,7 +214,7 @@ impl Summary {
     fn notes(&self, paint: Paint) -> String {
         let mut text = String::new();
         for robot in self.robots.iter().filter(|robot| !robot.notes.is_empty()) {
-            let _ = writeln!(text, "{}", paint.bold(&format!("{} found", robot.name)));
+            let _ = writeln!(text, "{}", paint.bold(format!("{} found", robot.name)));
             for note in &robot.notes {
                 let _ = writeln!(text, "{}", style::wrap(note, 3));
             }
