@@ -142,11 +142,13 @@ async fn patrol(
     pilot.next::<PoseEstimate>().await?;
     // A patrol that was built anew must not give an order that was carried out before.
     let mut order = (pilot.now().as_nanos() / 1_000_000) as u32;
-    let mut lost = 0;
+    let (mut lost, mut hemmed_in) = (0, false);
     loop {
         order += 1;
         let report = follow(&pilot, order).await?;
-        if report.length < NO_WAY {
+        // Not twice in a row: what is behind may be the end of a corridor.
+        hemmed_in = report.length < NO_WAY && !hemmed_in;
+        if hemmed_in {
             // Beside a wall or in a corner the follower may take for a corridor what is none.
             into_the_open(&pilot, &config, &eyes).await.ok();
             pilot.release();
