@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use orienteer_runtime::{geometry::Twist, time::Time};
+use orienteer_runtime::{geometry::Twist, time::Time, topics::flags};
 
 use smallvec::SmallVec;
 
@@ -26,6 +26,9 @@ const SILENCE: Duration = Duration::from_secs(1);
 const HOLDS: Duration = Duration::from_millis(250);
 /// The base hears something at least this often. It stops by itself after two seconds of nothing.
 const ALIVE: Duration = Duration::from_millis(200);
+
+/// How often the base is reminded of one of its limits.
+const REMINDER: Duration = Duration::from_millis(250);
 
 /// Orders of firing are no longer than this: twice round the largest ring.
 const LONGEST_ORDER: usize = 64;
@@ -82,6 +85,12 @@ pub struct Session {
     firing: SmallVec<[u8; 32]>,
     /// The base was not told of that order yet.
     retell_firing: bool,
+    /// When the base was told again what opened the session.
+    reminded: Option<Time>,
+    /// Which of its limits the base is told next.
+    limit: usize,
+    /// The motors were seen on in this session.
+    enabled: bool,
 }
 
 impl Session {
@@ -102,6 +111,9 @@ impl Session {
             attempts: 0,
             firing: SmallVec::new(),
             retell_firing: false,
+            reminded: None,
+            limit: 0,
+            enabled: false,
         }
     }
 
@@ -281,22 +293,46 @@ impl Session {
     /// Starts the stream of information, with wheels that stand, and only then the motors.
     fn open(&mut self, into: &mut Vec<u8>) {
         Command::new(Code::Open, Argument::None).emit(into);
-        let linear = (self.profile.acceleration * 1000.0).round() as i32;
-        let angular = self.profile.angular_acceleration.to_degrees().round() as i32;
-        for (code, number) in [
-            (Code::Acceleration, linear),
-            (Code::Acceleration, -linear),
-            (Code::AngularAcceleration, angular),
-            (Code::AngularAcceleration, -angular),
-            (Code::Velocity, 0),
-            (Code::TurnRate, 0),
-            (Code::Sonar, i32::from(self.profile.transducers > 0)),
-            (Code::Enable, 1),
-        ] {
+        self.limits().map(|command| command.emit(into));
+        for (code, number) in
+            [(Code::Velocity, 0), (Code::TurnRate, 0), (Code::Sonar, i32::from(self.profile.transducers > 0)), (Code::Enable, 1)]
+        {
             Command::new(code, Argument::Integer(number)).emit(into);
         }
         self.told = Some((0, 0));
         self.retell_firing = !self.firing.is_empty();
+        (self.limit, self.enabled) = (0, false);
+    }
+
+    /// How hard the base accelerates and brakes, along and turning.
+    fn limits(&self) -> [Command<'static>; 4] {
+        let linear = (self.profile.acceleration * 1000.0).round() as i32;
+        let angular = self.profile.angular_acceleration.to_degrees().round() as i32;
+        [
+            (Code::Acceleration, linear),
+            (Code::Acceleration, -linear),
+            (Code::AngularAcceleration, angular),
+            (Code::AngularAcceleration, -angular),
+        ]
+        .map(|(code, number)| Command::new(code, Argument::Integer(number)))
+    }
+
+    /// Says again what opened the session, bit by bit: the base acknowledges nothing, and one that brakes as its maker set it would
+    /// run into what it should have stopped before. Motors are switched on until they were seen on, and not after that: whoever
+    /// switches them off means it.
+    fn remind(&mut self, into: &mut Vec<u8>) {
+        let limits = self.limits();
+        limits[self.limit].emit(into);
+        self.limit = (self.limit + 1) % limits.len();
+        if self.state != State::Open {
+            // What is known of the motors is from before.
+            return;
+        }
+        let odometry = self.readings.as_ref().and_then(Readings::odometry);
+        self.enabled |= odometry.is_some_and(|odometry| odometry.flags & flags::ENABLED != 0);
+        if !self.enabled {
+            Command::new(Code::Enable, Argument::Integer(1)).emit(into);
+        }
     }
 
     /// Says the velocity when it changes, and every now and then that somebody is there.
@@ -312,6 +348,10 @@ impl Session {
             Command::new(Code::Velocity, Argument::Integer(velocity.0)).emit(into);
             Command::new(Code::TurnRate, Argument::Integer(velocity.1)).emit(into);
             (self.told, self.spoke) = (Some(velocity), Some(now));
+        }
+        if self.reminded.is_none_or(|reminded| now.since(reminded) >= REMINDER) {
+            self.reminded = Some(now);
+            self.remind(into);
         }
     }
 }

@@ -14,6 +14,8 @@ struct Base {
     firing: Vec<u8>,
     /// All commands since the last look.
     told: Vec<Code>,
+    /// Accelerations and decelerations: along, and turning.
+    limits: [i32; 4],
     model: &'static str,
 }
 
@@ -27,6 +29,7 @@ impl Base {
             velocity: (0, 0),
             firing: Vec::new(),
             told: Vec::new(),
+            limits: [0; 4],
             model,
         }
     }
@@ -59,6 +62,8 @@ impl Base {
             (Code::Enable, Argument::Integer(on)) => self.motors = on == 1,
             (Code::Velocity, Argument::Integer(speed)) => self.velocity.0 = speed,
             (Code::TurnRate, Argument::Integer(rate)) => self.velocity.1 = rate,
+            (Code::Acceleration, Argument::Integer(limit)) => self.limits[usize::from(limit < 0)] = limit,
+            (Code::AngularAcceleration, Argument::Integer(limit)) => self.limits[2 + usize::from(limit < 0)] = limit,
             (Code::Polling, Argument::Text(order)) => self.firing = order.to_vec(),
             _ => {}
         }
@@ -140,6 +145,30 @@ fn a_session_opens_and_the_base_obeys() {
     line.drive(0.1, Twist::new(f64::INFINITY, 0.1));
     assert_eq!(line.base.velocity, (0, 0));
     assert!(line.session.readings().and_then(crate::arcos::Readings::odometry).is_some());
+}
+
+/// A base acknowledges nothing: whatever opens a session may have got lost.
+#[test]
+fn what_got_lost_on_opening_is_said_again() {
+    let mut line = Line::new("p3dx-sh");
+    while !line.base.opened {
+        line.beat();
+    }
+    (line.base.limits, line.base.motors) = ([0; 4], false);
+    line.run(2.0);
+    assert_eq!(line.base.limits, [300, -300, 97, -97]);
+    assert!(line.base.motors);
+}
+
+/// It is a person's right to switch motors off.
+#[test]
+fn motors_that_were_on_are_not_switched_on_again() {
+    let mut line = Line::new("p3dx-sh");
+    line.run(1.0);
+    assert!(line.base.motors);
+    line.base.motors = false;
+    line.run(3.0);
+    assert!(!line.base.motors);
 }
 
 #[test]
