@@ -293,7 +293,7 @@ impl Session {
     /// Starts the stream of information, with wheels that stand, and only then the motors.
     fn open(&mut self, into: &mut Vec<u8>) {
         Command::new(Code::Open, Argument::None).emit(into);
-        self.limits().map(|command| command.emit(into));
+        self.limits().iter().for_each(|command| command.emit(into));
         for (code, number) in
             [(Code::Velocity, 0), (Code::TurnRate, 0), (Code::Sonar, i32::from(self.profile.transducers > 0)), (Code::Enable, 1)]
         {
