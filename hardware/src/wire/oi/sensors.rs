@@ -181,124 +181,126 @@ impl Sensors {
         *self = read;
         Ok(())
     }
+}
 
-    fn take(&mut self, id: Id, fields: &mut Fields<'_>) -> Result<(), PacketError> {
-        // Flags have a byte each, of which the lowest bit counts.
-        let flag = |fields: &mut Fields<'_>| fields.u8("a flag").map(|byte| byte & 1 != 0);
-        match id {
-            Id::BumpsAndDrops => self.bumps_and_drops = fields.u8("bumps and drops")?,
-            Id::Wall => self.wall = flag(fields)?,
-            Id::CliffLeft => self.cliffs[0] = flag(fields)?,
-            Id::CliffFrontLeft => self.cliffs[1] = flag(fields)?,
-            Id::CliffFrontRight => self.cliffs[2] = flag(fields)?,
-            Id::CliffRight => self.cliffs[3] = flag(fields)?,
-            Id::VirtualWall => self.virtual_wall = flag(fields)?,
-            Id::Overcurrents => self.overcurrents = fields.u8("overcurrents")?,
-            Id::Dirt => self.dirt = fields.u8("dirt")?,
-            Id::Unused16 => fields.skip(1, "unused packet")?,
-            Id::Infrared => self.infrared[0] = fields.u8("infrared")?,
-            Id::Buttons => self.buttons = fields.u8("buttons")?,
-            Id::Distance => self.distance = fields.i16_be("distance")?,
-            Id::Angle => self.angle = fields.i16_be("angle")?,
-            Id::ChargingState => self.charging = fields.u8("state of charging")?,
-            Id::Voltage => self.voltage = fields.u16_be("voltage")?,
-            Id::Current => self.current = fields.i16_be("current")?,
-            Id::Temperature => self.temperature = fields.i8("temperature")?,
-            Id::Charge => self.charge = fields.u16_be("charge")?,
-            Id::Capacity => self.capacity = fields.u16_be("capacity")?,
-            Id::WallSignal => self.wall_signal = fields.u16_be("wall signal")?,
-            Id::CliffLeftSignal => self.cliff_signals[0] = fields.u16_be("cliff signal")?,
-            Id::CliffFrontLeftSignal => self.cliff_signals[1] = fields.u16_be("cliff signal")?,
-            Id::CliffFrontRightSignal => self.cliff_signals[2] = fields.u16_be("cliff signal")?,
-            Id::CliffRightSignal => self.cliff_signals[3] = fields.u16_be("cliff signal")?,
-            Id::Unused32 => self.inputs = fields.u8("digital inputs")?,
-            Id::Unused33 => self.analogue = fields.u16_be("analogue input")?,
-            Id::ChargingSources => self.charging_sources = fields.u8("chargers")?,
-            Id::Mode => self.mode = Mode::from_number(fields.u8("mode")?)?,
-            Id::SongNumber => self.song = fields.u8("song")?,
-            Id::SongPlays => self.song_plays = flag(fields)?,
-            Id::StreamPackets => self.stream_packets = fields.u8("packets of the stream")?,
-            Id::RequestedVelocity => self.requested_velocity = fields.i16_be("requested velocity")?,
-            Id::RequestedRadius => self.requested_radius = fields.i16_be("requested radius")?,
-            Id::RequestedRight => self.requested_right = fields.i16_be("requested speed")?,
-            Id::RequestedLeft => self.requested_left = fields.i16_be("requested speed")?,
-            Id::LeftEncoder => self.left_encoder = fields.u16_be("left encoder")?,
-            Id::RightEncoder => self.right_encoder = fields.u16_be("right encoder")?,
-            Id::LightBumper => self.light_bumper = fields.u8("light bumper")?,
-            Id::LightBumpLeft => self.light_bumps[0] = fields.u16_be("light bump")?,
-            Id::LightBumpFrontLeft => self.light_bumps[1] = fields.u16_be("light bump")?,
-            Id::LightBumpCenterLeft => self.light_bumps[2] = fields.u16_be("light bump")?,
-            Id::LightBumpCenterRight => self.light_bumps[3] = fields.u16_be("light bump")?,
-            Id::LightBumpFrontRight => self.light_bumps[4] = fields.u16_be("light bump")?,
-            Id::LightBumpRight => self.light_bumps[5] = fields.u16_be("light bump")?,
-            Id::InfraredLeft => self.infrared[1] = fields.u8("infrared")?,
-            Id::InfraredRight => self.infrared[2] = fields.u8("infrared")?,
-            Id::LeftMotorCurrent => self.motor_currents[0] = fields.i16_be("motor current")?,
-            Id::RightMotorCurrent => self.motor_currents[1] = fields.i16_be("motor current")?,
-            Id::MainBrushCurrent => self.motor_currents[2] = fields.i16_be("motor current")?,
-            Id::SideBrushCurrent => self.motor_currents[3] = fields.i16_be("motor current")?,
-            Id::Stasis => self.stasis = fields.u8("stasis")?,
-        }
-        Ok(())
+/// A number as it goes over the wire.
+trait Number: Sized {
+    fn read(fields: &mut Fields<'_>, what: &'static str) -> Result<Self, PacketError>;
+    fn write(self, into: &mut Vec<u8>);
+}
+
+/// Numbers of more than a byte begin with the high one.
+macro_rules! number {
+    ($($number:ty: $read:ident),+) => {
+        $(impl Number for $number {
+            fn read(fields: &mut Fields<'_>, what: &'static str) -> Result<Self, PacketError> {
+                fields.$read(what)
+            }
+            fn write(self, into: &mut Vec<u8>) {
+                into.extend(self.to_be_bytes());
+            }
+        })+
+    };
+}
+
+number!(u8: u8, i8: i8, u16: u16_be, i16: i16_be);
+
+/// Flags have a byte each, of which the lowest bit counts.
+impl Number for bool {
+    fn read(fields: &mut Fields<'_>, what: &'static str) -> Result<Self, PacketError> {
+        Ok(fields.u8(what)? & 1 != 0)
     }
 
-    /// Appends what a packet says.
-    pub fn emit(&self, id: Id, into: &mut Vec<u8>) {
-        match id {
-            Id::BumpsAndDrops => into.push(self.bumps_and_drops),
-            Id::Wall => into.push(self.wall.into()),
-            Id::CliffLeft => into.push(self.cliffs[0].into()),
-            Id::CliffFrontLeft => into.push(self.cliffs[1].into()),
-            Id::CliffFrontRight => into.push(self.cliffs[2].into()),
-            Id::CliffRight => into.push(self.cliffs[3].into()),
-            Id::VirtualWall => into.push(self.virtual_wall.into()),
-            Id::Overcurrents => into.push(self.overcurrents),
-            Id::Dirt => into.push(self.dirt),
-            Id::Unused16 => into.push(0),
-            Id::Infrared => into.push(self.infrared[0]),
-            Id::Buttons => into.push(self.buttons),
-            Id::Distance => into.extend(self.distance.to_be_bytes()),
-            Id::Angle => into.extend(self.angle.to_be_bytes()),
-            Id::ChargingState => into.push(self.charging),
-            Id::Voltage => into.extend(self.voltage.to_be_bytes()),
-            Id::Current => into.extend(self.current.to_be_bytes()),
-            Id::Temperature => into.extend(self.temperature.to_be_bytes()),
-            Id::Charge => into.extend(self.charge.to_be_bytes()),
-            Id::Capacity => into.extend(self.capacity.to_be_bytes()),
-            Id::WallSignal => into.extend(self.wall_signal.to_be_bytes()),
-            Id::CliffLeftSignal => into.extend(self.cliff_signals[0].to_be_bytes()),
-            Id::CliffFrontLeftSignal => into.extend(self.cliff_signals[1].to_be_bytes()),
-            Id::CliffFrontRightSignal => into.extend(self.cliff_signals[2].to_be_bytes()),
-            Id::CliffRightSignal => into.extend(self.cliff_signals[3].to_be_bytes()),
-            Id::Unused32 => into.push(self.inputs),
-            Id::Unused33 => into.extend(self.analogue.to_be_bytes()),
-            Id::ChargingSources => into.push(self.charging_sources),
-            Id::Mode => into.push(self.mode as u8),
-            Id::SongNumber => into.push(self.song),
-            Id::SongPlays => into.push(self.song_plays.into()),
-            Id::StreamPackets => into.push(self.stream_packets),
-            Id::RequestedVelocity => into.extend(self.requested_velocity.to_be_bytes()),
-            Id::RequestedRadius => into.extend(self.requested_radius.to_be_bytes()),
-            Id::RequestedRight => into.extend(self.requested_right.to_be_bytes()),
-            Id::RequestedLeft => into.extend(self.requested_left.to_be_bytes()),
-            Id::LeftEncoder => into.extend(self.left_encoder.to_be_bytes()),
-            Id::RightEncoder => into.extend(self.right_encoder.to_be_bytes()),
-            Id::LightBumper => into.push(self.light_bumper),
-            Id::LightBumpLeft => into.extend(self.light_bumps[0].to_be_bytes()),
-            Id::LightBumpFrontLeft => into.extend(self.light_bumps[1].to_be_bytes()),
-            Id::LightBumpCenterLeft => into.extend(self.light_bumps[2].to_be_bytes()),
-            Id::LightBumpCenterRight => into.extend(self.light_bumps[3].to_be_bytes()),
-            Id::LightBumpFrontRight => into.extend(self.light_bumps[4].to_be_bytes()),
-            Id::LightBumpRight => into.extend(self.light_bumps[5].to_be_bytes()),
-            Id::InfraredLeft => into.push(self.infrared[1]),
-            Id::InfraredRight => into.push(self.infrared[2]),
-            Id::LeftMotorCurrent => into.extend(self.motor_currents[0].to_be_bytes()),
-            Id::RightMotorCurrent => into.extend(self.motor_currents[1].to_be_bytes()),
-            Id::MainBrushCurrent => into.extend(self.motor_currents[2].to_be_bytes()),
-            Id::SideBrushCurrent => into.extend(self.motor_currents[3].to_be_bytes()),
-            Id::Stasis => into.push(self.stasis),
-        }
+    fn write(self, into: &mut Vec<u8>) {
+        into.push(self.into());
     }
+}
+
+impl Number for Mode {
+    fn read(fields: &mut Fields<'_>, what: &'static str) -> Result<Self, PacketError> {
+        Self::from_number(fields.u8(what)?)
+    }
+
+    fn write(self, into: &mut Vec<u8>) {
+        into.push(self as u8);
+    }
+}
+
+/// Makes both directions of one list of packets: where in [`Sensors`] each belongs, and what people call it.
+macro_rules! packets {
+    ($($id:ident: $place:ident $([$index:literal])?, $what:literal;)+) => {
+        impl Sensors {
+            fn take(&mut self, id: Id, fields: &mut Fields<'_>) -> Result<(), PacketError> {
+                match id {
+                    $(Id::$id => self.$place $([$index])? = Number::read(fields, $what)?,)+
+                    Id::Unused16 => fields.skip(1, "unused packet")?,
+                }
+                Ok(())
+            }
+
+            /// Appends what a packet says.
+            pub fn emit(&self, id: Id, into: &mut Vec<u8>) {
+                match id {
+                    $(Id::$id => self.$place $([$index])?.write(into),)+
+                    Id::Unused16 => into.push(0),
+                }
+            }
+        }
+    };
+}
+
+packets! {
+    BumpsAndDrops: bumps_and_drops, "bumps and drops";
+    Wall: wall, "wall";
+    CliffLeft: cliffs[0], "cliff on the left";
+    CliffFrontLeft: cliffs[1], "cliff on the front left";
+    CliffFrontRight: cliffs[2], "cliff on the front right";
+    CliffRight: cliffs[3], "cliff on the right";
+    VirtualWall: virtual_wall, "virtual wall";
+    Overcurrents: overcurrents, "overcurrents";
+    Dirt: dirt, "dirt";
+    Infrared: infrared[0], "infrared";
+    Buttons: buttons, "buttons";
+    Distance: distance, "distance";
+    Angle: angle, "angle";
+    ChargingState: charging, "state of charging";
+    Voltage: voltage, "voltage";
+    Current: current, "current";
+    Temperature: temperature, "temperature";
+    Charge: charge, "charge";
+    Capacity: capacity, "capacity";
+    WallSignal: wall_signal, "wall signal";
+    CliffLeftSignal: cliff_signals[0], "cliff signal";
+    CliffFrontLeftSignal: cliff_signals[1], "cliff signal";
+    CliffFrontRightSignal: cliff_signals[2], "cliff signal";
+    CliffRightSignal: cliff_signals[3], "cliff signal";
+    Unused32: inputs, "digital inputs";
+    Unused33: analogue, "analogue input";
+    ChargingSources: charging_sources, "chargers";
+    Mode: mode, "mode";
+    SongNumber: song, "song";
+    SongPlays: song_plays, "song that plays";
+    StreamPackets: stream_packets, "packets of the stream";
+    RequestedVelocity: requested_velocity, "requested velocity";
+    RequestedRadius: requested_radius, "requested radius";
+    RequestedRight: requested_right, "requested speed";
+    RequestedLeft: requested_left, "requested speed";
+    LeftEncoder: left_encoder, "left encoder";
+    RightEncoder: right_encoder, "right encoder";
+    LightBumper: light_bumper, "light bumper";
+    LightBumpLeft: light_bumps[0], "light bump";
+    LightBumpFrontLeft: light_bumps[1], "light bump";
+    LightBumpCenterLeft: light_bumps[2], "light bump";
+    LightBumpCenterRight: light_bumps[3], "light bump";
+    LightBumpFrontRight: light_bumps[4], "light bump";
+    LightBumpRight: light_bumps[5], "light bump";
+    InfraredLeft: infrared[1], "infrared";
+    InfraredRight: infrared[2], "infrared";
+    LeftMotorCurrent: motor_currents[0], "motor current";
+    RightMotorCurrent: motor_currents[1], "motor current";
+    MainBrushCurrent: motor_currents[2], "motor current";
+    SideBrushCurrent: motor_currents[3], "motor current";
+    Stasis: stasis, "stasis";
 }
 
 #[cfg(test)]
