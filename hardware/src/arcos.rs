@@ -9,8 +9,8 @@ mod drivers;
 mod readings;
 mod session;
 
-pub(crate) use client::SharedClient;
 pub use client::{BAUDS, Client};
+pub(crate) use drivers::Mailbox;
 pub use drivers::{ArcosBase, ArcosSonar};
 pub use readings::Readings;
 pub use session::{Profile, Session, State};

@@ -7,6 +7,7 @@
 
 mod address;
 mod client;
+mod conversation;
 mod minder;
 
 use std::{
@@ -20,7 +21,8 @@ use std::{
 use orienteer_runtime::time::Time;
 
 pub use address::{Address, AddressError};
-pub use client::{Client, Conversation, Stage};
+pub use client::Client;
+pub use conversation::{Conversation, Stage};
 pub use minder::{Minder, Minding, mind_if_asked};
 
 /// A line that could not be opened, or broke, is opened again after so long.

@@ -13,6 +13,8 @@ pub mod oi;
 pub struct Counts {
     /// Packets that were whole.
     pub frames: u64,
+    /// Those of them that told nothing to whoever has read them.
+    pub unknown: u64,
     /// What began like one and had a wrong checksum, or something in it that can't be.
     pub broken: u64,
     /// Bytes that belonged to none.

@@ -1,19 +1,9 @@
 //! A session over a line: what the drivers of one base share.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use orienteer_runtime::topics::SonarScan;
 
-use orienteer_runtime::{
-    geometry::Twist,
-    time::Time,
-    topics::{Odometry, SonarScan},
-};
-
-use super::{Profile, Session, State};
-use crate::{
-    driver::DriverError,
-    line::{self, Address, Conversation, Line, Stage, Stream},
-    wire::Counts,
-};
+use super::{Profile, Session};
+use crate::line::{self, Address, Line, Stream};
 
 /// The speeds of a serial port that are tried, the factory's own first, baud.
 pub const BAUDS: [u32; 5] = [9600, 19_200, 38_400, 57_600, 115_200];
@@ -36,84 +26,9 @@ impl Client {
     }
 
     /// Appends the scans that have come, oldest first.
-    ///
-    /// # Errors
-    /// If the base does not answer.
-    pub fn scans(&mut self, into: &mut Vec<SonarScan>) -> Result<(), DriverError> {
+    pub fn scans(&mut self, into: &mut Vec<SonarScan>) {
         if let Some(readings) = self.session().readings_mut() {
             readings.fetch(into);
         }
-        self.check()
-    }
-}
-
-impl Conversation for Session {
-    const LANGUAGE: &'static str = "ARCOS";
-    const STRANGER: &'static str = "a Create or Roomba";
-
-    fn begin_anew(&mut self) {
-        Session::begin_anew(self);
-    }
-
-    fn receive(&mut self, now: Time, bytes: &[u8]) {
-        Session::receive(self, now, bytes);
-    }
-
-    fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
-        Session::transmit(self, now, into);
-    }
-
-    fn drive(&mut self, now: Time, twist: Twist) {
-        Session::drive(self, now, twist);
-    }
-
-    fn halt(&mut self, into: &mut Vec<u8>) {
-        Session::halt(self, into);
-    }
-
-    fn close(&mut self, into: &mut Vec<u8>) {
-        if self.state() != State::Greeting(0) {
-            Session::close(self, into);
-        }
-    }
-
-    fn stage(&self) -> Stage {
-        match self.state() {
-            State::Greeting(_) => Stage::Unanswered,
-            State::Opening => Stage::Answered,
-            State::Open => Stage::Open,
-        }
-    }
-
-    fn unanswered(&self) -> u8 {
-        Session::unanswered(self)
-    }
-
-    fn odometry(&self) -> Option<Odometry> {
-        self.readings().and_then(super::Readings::odometry)
-    }
-
-    fn counts(&self) -> Counts {
-        Session::counts(self)
-    }
-
-    fn refusal(&self) -> Option<String> {
-        let greeting = self.greeting().filter(|_| self.is_strange())?;
-        Some(format!("calls itself `{}`; nobody knows its units: give its `model`", greeting.model))
-    }
-}
-
-/// A client that the drivers of a base and of its sonar share, each on its own thread.
-#[derive(Clone)]
-pub(crate) struct SharedClient(Arc<Mutex<Client>>);
-
-impl SharedClient {
-    pub fn new(client: Client) -> Self {
-        Self(Arc::new(Mutex::new(client)))
-    }
-
-    /// Nobody holds it for longer than a few bytes take. A panic in between has left it usable: the session begins anew when it must.
-    pub fn lock(&self) -> MutexGuard<'_, Client> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -74,8 +74,9 @@ impl Readings {
         self.hear(now, packet);
     }
 
-    /// The base begins anew: its counters stand somewhere else, and its frame is another.
-    pub fn begin_anew(&mut self) {
+    /// The base begins anew: its counters stand somewhere else, and its frame is another. It may even be another base.
+    pub fn begin_anew(&mut self, units: Units) {
+        self.units = units;
         self.unwrapped.begin_anew();
         self.frame = None;
     }
@@ -189,7 +190,7 @@ mod tests {
         for packet in [Information { x: 2000, ..at_rest.clone() }, Information { x: 3000, heading: 1024, ..at_rest.clone() }] {
             readings.follow(at(1.0), &packet);
         }
-        readings.begin_anew();
+        readings.begin_anew(Units::of("p3dx-sh").unwrap());
         for packet in [at_rest.clone(), Information { x: 500, ..at_rest }] {
             readings.follow(at(2.0), &packet);
         }

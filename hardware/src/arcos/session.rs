@@ -2,19 +2,25 @@
 
 use std::time::Duration;
 
-use orienteer_runtime::{geometry::Twist, time::Time, topics::flags};
-
+use orienteer_runtime::{
+    geometry::Twist,
+    time::Time,
+    topics::{Odometry, flags},
+};
 use smallvec::SmallVec;
 
 use super::Readings;
-use crate::wire::{
-    Counts,
-    arcos::{
-        command::{Argument, Code, Command},
-        frame::{Frame, Framer},
-        greeting::{Greeting, emit_sync},
-        information::Information,
-        units::Units,
+use crate::{
+    line::{Conversation, Stage},
+    wire::{
+        Counts, PacketError,
+        arcos::{
+            command::{Argument, Code, Command},
+            frame::{Frame, Framer},
+            greeting::{Greeting, emit_sync},
+            information::Information,
+            units::Units,
+        },
     },
 };
 
@@ -69,6 +75,9 @@ pub struct Session {
     framer: Framer,
     state: State,
     greeting: Option<Greeting>,
+    /// Frames of a session that were not understood, and what was wrong with the newest if it should have been.
+    unknown: u64,
+    parse_error: Option<PacketError>,
     /// When the base was greeted last, or spoke last.
     since: Option<Time>,
     readings: Option<Readings>,
@@ -102,6 +111,8 @@ impl Session {
             framer: Framer::default(),
             state: State::Greeting(0),
             greeting: None,
+            unknown: 0,
+            parse_error: None,
             since: None,
             readings: None,
             wanted: Twist::STOP,
@@ -134,18 +145,6 @@ impl Session {
         self.retell_firing = true;
     }
 
-    /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
-    pub fn begin_anew(&mut self) {
-        self.framer.reset();
-        (self.state, self.since, self.attempts) = (State::Greeting(0), None, 0);
-    }
-
-    /// How often in a row the base was greeted and did not answer.
-    #[must_use]
-    pub fn unanswered(&self) -> u8 {
-        self.attempts
-    }
-
     /// How it stands.
     #[must_use]
     pub fn state(&self) -> State {
@@ -168,12 +167,6 @@ impl Session {
         self.profile.units.or_else(|| Units::of(&greeting.model))
     }
 
-    /// What came over the wire so far.
-    #[must_use]
-    pub fn counts(&self) -> Counts {
-        self.framer.counts()
-    }
-
     /// What the base has said of itself; `None` before it was greeted.
     #[must_use]
     pub fn readings(&self) -> Option<&Readings> {
@@ -183,20 +176,6 @@ impl Session {
     /// The same, to fetch the scans from.
     pub fn readings_mut(&mut self) -> Option<&mut Readings> {
         self.readings.as_mut()
-    }
-
-    /// Wants this velocity from `now` on. One that is not a number is a stop.
-    pub fn drive(&mut self, now: Time, twist: Twist) {
-        let wanted = if twist.is_finite() { twist } else { Twist::STOP };
-        (self.wanted, self.renewed) = (wanted, Some(now));
-    }
-
-    /// Takes in the bytes that have come until `now`.
-    pub fn receive(&mut self, now: Time, bytes: &[u8]) {
-        // The framer goes aside while it shows frames to the rest.
-        let mut framer = std::mem::take(&mut self.framer);
-        framer.push(bytes, |frame| self.hear(now, frame));
-        self.framer = framer;
     }
 
     fn hear(&mut self, now: Time, frame: Frame<'_>) {
@@ -211,12 +190,21 @@ impl Session {
                 }
             }
             State::Opening | State::Open => {
-                if let Ok(packet) = Information::parse(frame) {
-                    (self.state, self.since) = (State::Open, Some(now));
-                    if let Some(readings) = &mut self.readings {
-                        readings.follow(now, &packet);
+                // Answers to what nobody here has asked for may come, too: to another program on the same line, or in a language that
+                // is newer than this.
+                self.parse_error = match Information::parse(frame) {
+                    Ok(packet) => {
+                        (self.state, self.since) = (State::Open, Some(now));
+                        if let Some(readings) = &mut self.readings {
+                            readings.follow(now, &packet);
+                        }
+                        None
                     }
-                }
+                    Err(error) => {
+                        self.unknown += 1;
+                        Information::is_in(frame).then_some(error).or(self.parse_error)
+                    }
+                };
             }
         }
     }
@@ -230,52 +218,10 @@ impl Session {
             return;
         };
         match &mut self.readings {
-            Some(readings) => readings.begin_anew(),
+            Some(readings) => readings.begin_anew(units),
             None => self.readings = Some(Readings::new(units, self.profile.transducers, self.profile.max_range)),
         }
         (self.state, self.since) = (State::Opening, None);
-    }
-
-    /// Appends all that is to be sent at `now`.
-    pub fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
-        let waited = |limit: Duration| self.since.is_none_or(|since| now.since(since) >= limit);
-        match self.state {
-            State::Greeting(step) if waited(ANSWER) => {
-                match (self.since, step) {
-                    (None, 1..) => emit_sync(step, into),
-                    _ => self.greet_anew(into),
-                }
-                self.since = Some(now);
-            }
-            State::Greeting(_) => {}
-            State::Opening if self.since.is_none() => {
-                self.open(into);
-                (self.since, self.spoke) = (Some(now), Some(now));
-            }
-            State::Opening | State::Open if waited(SILENCE) => {
-                self.attempts = 0;
-                self.greet_anew(into);
-                self.since = Some(now);
-            }
-            State::Opening | State::Open => self.steer(now, into),
-        }
-    }
-
-    /// Wants to stand, and appends what says so at once, in whatever state.
-    pub fn halt(&mut self, into: &mut Vec<u8>) {
-        (self.wanted, self.renewed) = (Twist::STOP, None);
-        if matches!(self.state, State::Opening | State::Open) {
-            self.told = None;
-            Command::new(Code::Stop, Argument::None).emit(into);
-        }
-    }
-
-    /// Appends what ends the session.
-    pub fn close(&mut self, into: &mut Vec<u8>) {
-        for code in [Code::Stop, Code::Close] {
-            Command::new(code, Argument::None).emit(into);
-        }
-        self.begin_anew();
     }
 
     /// Begins with the greeting. The base may be in a session that somebody has left, or half through a greeting of which the
@@ -353,6 +299,98 @@ impl Session {
             self.reminded = Some(now);
             self.remind(into);
         }
+    }
+}
+
+impl Conversation for Session {
+    const LANGUAGE: &'static str = "ARCOS";
+    const STRANGER: &'static str = "a Create or Roomba";
+
+    fn begin_anew(&mut self) {
+        self.framer.reset();
+        (self.state, self.since, self.attempts) = (State::Greeting(0), None, 0);
+    }
+
+    fn receive(&mut self, now: Time, bytes: &[u8]) {
+        // The framer goes aside while it shows frames to the rest.
+        let mut framer = std::mem::take(&mut self.framer);
+        framer.push(bytes, |frame| self.hear(now, frame));
+        self.framer = framer;
+    }
+
+    fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
+        let waited = |limit: Duration| self.since.is_none_or(|since| now.since(since) >= limit);
+        match self.state {
+            State::Greeting(step) if waited(ANSWER) => {
+                match (self.since, step) {
+                    (None, 1..) => emit_sync(step, into),
+                    _ => self.greet_anew(into),
+                }
+                self.since = Some(now);
+            }
+            State::Greeting(_) => {}
+            State::Opening if self.since.is_none() => {
+                self.open(into);
+                (self.since, self.spoke) = (Some(now), Some(now));
+            }
+            State::Opening | State::Open if waited(SILENCE) => {
+                self.attempts = 0;
+                self.greet_anew(into);
+                self.since = Some(now);
+            }
+            State::Opening | State::Open => self.steer(now, into),
+        }
+    }
+
+    fn drive(&mut self, now: Time, twist: Twist) {
+        let wanted = if twist.is_finite() { twist } else { Twist::STOP };
+        (self.wanted, self.renewed) = (wanted, Some(now));
+    }
+
+    fn halt(&mut self, into: &mut Vec<u8>) {
+        (self.wanted, self.renewed) = (Twist::STOP, None);
+        if matches!(self.state, State::Opening | State::Open) {
+            self.told = None;
+            Command::new(Code::Stop, Argument::None).emit(into);
+        }
+    }
+
+    fn close(&mut self, into: &mut Vec<u8>) {
+        if self.state != State::Greeting(0) {
+            for code in [Code::Stop, Code::Close] {
+                Command::new(code, Argument::None).emit(into);
+            }
+            self.begin_anew();
+        }
+    }
+
+    fn stage(&self) -> Stage {
+        match self.state {
+            State::Greeting(_) => Stage::Unanswered,
+            State::Opening => Stage::Answered,
+            State::Open => Stage::Open,
+        }
+    }
+
+    fn unanswered(&self) -> u8 {
+        self.attempts
+    }
+
+    fn odometry(&self) -> Option<Odometry> {
+        self.readings().and_then(Readings::odometry)
+    }
+
+    fn counts(&self) -> Counts {
+        Counts { unknown: self.unknown, ..self.framer.counts() }
+    }
+
+    fn parse_error(&self) -> Option<PacketError> {
+        self.parse_error
+    }
+
+    fn refusal(&self) -> Option<String> {
+        let greeting = self.greeting().filter(|_| self.is_strange())?;
+        Some(format!("calls itself `{}`; nobody knows its units: give its `model`", greeting.model))
     }
 }
 

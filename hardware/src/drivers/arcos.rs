@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BaseKind, OpenBase, Site, SonarKind};
 use crate::{
-    arcos::{ArcosBase, ArcosSonar, Client, Profile, SharedClient},
+    arcos::{ArcosBase, ArcosSonar, Client, Mailbox, Profile},
     base::{executor::ExecutorConfig, kinematics::BaseConfig, protection::ProtectionConfig},
     driver::SonarDriver,
     rings::RingConfig,
@@ -104,7 +104,7 @@ impl BaseKind for ArcosBaseKind {
             max_range: 0.0,
         };
         let driver = ArcosBase::new(Client::new(address, config.baud, profile), platform);
-        site.shared = Some(Arc::new(driver.client()));
+        site.shared = Some(Arc::new(driver.mailbox()));
         Ok(OpenBase {
             driver: Box::new(driver),
             motion: config.motion.for_a_base(STEPS.0, STEPS.1, LATENCY),
@@ -141,11 +141,11 @@ impl SonarKind for ArcosSonarKind {
     type Config = ArcosSonarConfig;
 
     fn open(config: ArcosSonarConfig, site: &mut Site<'_>) -> Result<Box<dyn SonarDriver>, Problems> {
-        let client = site.shared.take().and_then(|shared| shared.downcast::<SharedClient>().ok());
-        let Some(client) = client else {
+        let mailbox = site.shared.take().and_then(|shared| shared.downcast::<Mailbox>().ok());
+        let Some(mailbox) = mailbox else {
             return Err(site.problem("these sonars hang on their base", "set the base's `driver = \"arcos\"` as well"));
         };
         let ring = site.ring(&config.ring, config.custom.as_ref())?.ring;
-        Ok(Box::new(ArcosSonar::new((*client).clone(), ring)))
+        Ok(Box::new(ArcosSonar::new((*mailbox).clone(), ring)))
     }
 }

@@ -9,65 +9,11 @@ use orienteer_runtime::{
     topics::{LineState, Odometry},
 };
 
-use super::{Address, Line, Standing};
+use super::{Address, Conversation, Line, Stage, Standing};
 use crate::{driver::DriverError, wire::Counts};
 
 /// A base that was greeted so often, twice a second, does not listen at this speed.
 const ENOUGH: u8 = 3;
-
-/// How far a conversation has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// The base has not answered.
-    Unanswered,
-    /// It has, and has not said where it is.
-    Answered,
-    /// It says where it is, and obeys.
-    Open,
-}
-
-/// A client's side of a conversation with a base: takes the bytes that have come, gives those that are to be sent, and is told the time.
-pub trait Conversation {
-    /// The language, as people call it.
-    const LANGUAGE: &'static str;
-    /// A base that speaks another one, and may be at the end of the line by mistake.
-    const STRANGER: &'static str;
-
-    /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
-    fn begin_anew(&mut self);
-
-    /// Takes in the bytes that have come until `now`.
-    fn receive(&mut self, now: Time, bytes: &[u8]);
-
-    /// Appends all that is to be sent at `now`.
-    fn transmit(&mut self, now: Time, into: &mut Vec<u8>);
-
-    /// Wants this velocity from `now` on.
-    fn drive(&mut self, now: Time, twist: Twist);
-
-    /// Wants to stand, and appends what says so at once.
-    fn halt(&mut self, into: &mut Vec<u8>);
-
-    /// Appends what ends the conversation, if there is one.
-    fn close(&mut self, into: &mut Vec<u8>);
-
-    /// How far it has come.
-    fn stage(&self) -> Stage;
-
-    /// How often in a row the base was greeted and did not answer.
-    fn unanswered(&self) -> u8;
-
-    /// The newest odometry; `None` before the first.
-    fn odometry(&self) -> Option<Odometry>;
-
-    /// What came over the wire so far.
-    fn counts(&self) -> Counts;
-
-    /// Why this base can't be driven, if it can't: words that follow its address, and what to do.
-    fn refusal(&self) -> Option<String> {
-        None
-    }
-}
 
 /// One base at the end of a line, greeted, kept alive and driven as long as it is [polled](Client::poll): a hundred times a second is good.
 pub struct Client<C: Conversation> {
@@ -156,6 +102,7 @@ impl<C: Conversation> Client<C> {
             age: self.packet.map_or(-1.0, |packet| self.now.secs_since(packet)),
             opened: self.line.opened(),
             packets: counts.frames,
+            unknown: counts.unknown,
             broken: counts.broken,
             noise: counts.noise,
         }
@@ -202,7 +149,10 @@ impl<C: Conversation> Client<C> {
         let why = match (standing, self.session.stage()) {
             (Standing::Down, _) => self.line.trouble().to_owned(),
             (_, Stage::Unanswered) => self.silence(),
-            _ => "it has not said where it is".to_owned(),
+            _ => match self.session.parse_error() {
+                Some(error) => format!("what it says is not understood: {error}"),
+                None => "it has not said where it is".to_owned(),
+            },
         };
         if self.known { DriverError::LinkLost { device, why } } else { DriverError::Waiting { device, why } }
     }

@@ -6,11 +6,13 @@ use orienteer_runtime::{
     geometry::{Limits, Twist},
     robot_model::Platform,
     time::Time,
+    topics::Odometry,
 };
 
 use super::Readings;
 use crate::{
     base::profile::ramp,
+    line::{Conversation, Stage},
     wire::{
         Counts,
         oi::{
@@ -140,18 +142,6 @@ impl Session {
         }
     }
 
-    /// Begins with the greeting: the line is a new one, and whoever is at its other end has heard nothing.
-    pub fn begin_anew(&mut self) {
-        self.framer.reset();
-        (self.state, self.since, self.attempts) = (State::Greeting, None, 0);
-    }
-
-    /// How often in a row the base was greeted and did not answer.
-    #[must_use]
-    pub fn unanswered(&self) -> u8 {
-        self.attempts
-    }
-
     /// How it stands.
     #[must_use]
     pub fn state(&self) -> State {
@@ -164,30 +154,10 @@ impl Session {
         &self.profile
     }
 
-    /// What came over the wire so far.
-    #[must_use]
-    pub fn counts(&self) -> Counts {
-        self.framer.counts()
-    }
-
     /// What the base has said of itself.
     #[must_use]
     pub fn readings(&self) -> &Readings {
         &self.readings
-    }
-
-    /// Wants this velocity from `now` on. One that is not a number is a stop.
-    pub fn drive(&mut self, now: Time, twist: Twist) {
-        (self.wanted, self.renewed) = (twist.within(self.profile.limits), Some(now));
-    }
-
-    /// Takes in the bytes that have come until `now`.
-    pub fn receive(&mut self, now: Time, bytes: &[u8]) {
-        // The framer goes aside while it shows frames to the rest.
-        let mut framer = std::mem::replace(&mut self.framer, Framer::new(&[]));
-        let mut sensors = self.sensors;
-        framer.push(bytes, &mut sensors, |sensors| self.hear(now, sensors));
-        self.framer = framer;
     }
 
     fn hear(&mut self, now: Time, sensors: &Sensors) {
@@ -202,38 +172,6 @@ impl Session {
         self.sensors = *sensors;
         (self.state, self.since, self.attempts) = (State::Open, Some(now), 0);
         self.readings.follow(now, sensors, self.pace);
-    }
-
-    /// Appends all that is to be sent at `now`.
-    pub fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
-        let waited = |limit: Duration| self.since.is_none_or(|since| now.since(since) >= limit);
-        match (self.state, self.since) {
-            (State::Greeting, None) => self.greet(now, into),
-            (State::Greeting, Some(_)) if waited(SETTLES) => {
-                let packets: Vec<u8> = self.framer.packets().iter().map(|id| *id as u8).collect();
-                Command::Stream(&packets).emit(into);
-                (self.state, self.since) = (State::Opening, Some(now));
-            }
-            (State::Greeting, Some(_)) => {}
-            (State::Opening, _) if waited(ANSWER) => self.greet(now, into),
-            (State::Opening, _) => {}
-            (State::Open, _) if waited(SILENCE) => self.greet(now, into),
-            (State::Open, _) => self.steer(now, into),
-        }
-    }
-
-    /// Wants to stand, and appends what says so at once, in whatever state.
-    pub fn halt(&mut self, into: &mut Vec<u8>) {
-        (self.wanted, self.renewed, self.pace, self.told) = (Twist::STOP, None, Twist::STOP, None);
-        into.extend(STOP);
-    }
-
-    /// Appends what ends the session: the wheels stand, nothing is said any more, and the motors are off.
-    pub fn close(&mut self, into: &mut Vec<u8>) {
-        self.halt(into);
-        Command::StreamRuns(false).emit(into);
-        Command::Start.emit(into);
-        self.begin_anew();
     }
 
     /// Tells the base to listen, which takes it to Passive: wheels that somebody has left turning stop.
@@ -309,6 +247,78 @@ impl Session {
         #[allow(clippy::cast_possible_truncation)]
         let whole = |speed: f64| (speed * share).round() as i16;
         (whole(right), whole(left))
+    }
+}
+
+impl Conversation for Session {
+    const LANGUAGE: &'static str = "OI";
+    const STRANGER: &'static str = "a Pioneer or AmigoBot";
+
+    fn begin_anew(&mut self) {
+        self.framer.reset();
+        (self.state, self.since, self.attempts) = (State::Greeting, None, 0);
+    }
+
+    fn receive(&mut self, now: Time, bytes: &[u8]) {
+        // The framer goes aside while it shows frames to the rest.
+        let mut framer = std::mem::replace(&mut self.framer, Framer::new(&[]));
+        let mut sensors = self.sensors;
+        framer.push(bytes, &mut sensors, |sensors| self.hear(now, sensors));
+        self.framer = framer;
+    }
+
+    fn transmit(&mut self, now: Time, into: &mut Vec<u8>) {
+        let waited = |limit: Duration| self.since.is_none_or(|since| now.since(since) >= limit);
+        match (self.state, self.since) {
+            (State::Greeting, None) => self.greet(now, into),
+            (State::Greeting, Some(_)) if waited(SETTLES) => {
+                let packets: Vec<u8> = self.framer.packets().iter().map(|id| *id as u8).collect();
+                Command::Stream(&packets).emit(into);
+                (self.state, self.since) = (State::Opening, Some(now));
+            }
+            (State::Greeting, Some(_)) => {}
+            (State::Opening, _) if waited(ANSWER) => self.greet(now, into),
+            (State::Opening, _) => {}
+            (State::Open, _) if waited(SILENCE) => self.greet(now, into),
+            (State::Open, _) => self.steer(now, into),
+        }
+    }
+
+    fn drive(&mut self, now: Time, twist: Twist) {
+        (self.wanted, self.renewed) = (twist.within(self.profile.limits), Some(now));
+    }
+
+    fn halt(&mut self, into: &mut Vec<u8>) {
+        (self.wanted, self.renewed, self.pace, self.told) = (Twist::STOP, None, Twist::STOP, None);
+        into.extend(STOP);
+    }
+
+    fn close(&mut self, into: &mut Vec<u8>) {
+        if self.state != State::Greeting {
+            self.halt(into);
+            Command::StreamRuns(false).emit(into);
+            Command::Start.emit(into);
+            self.begin_anew();
+        }
+    }
+
+    fn stage(&self) -> Stage {
+        match self.state {
+            State::Greeting | State::Opening => Stage::Unanswered,
+            State::Open => Stage::Open,
+        }
+    }
+
+    fn unanswered(&self) -> u8 {
+        self.attempts
+    }
+
+    fn odometry(&self) -> Option<Odometry> {
+        self.readings.odometry()
+    }
+
+    fn counts(&self) -> Counts {
+        self.framer.counts()
     }
 }
 

@@ -77,7 +77,7 @@ impl Payload for MissionPulse {
 /// How well the line to a base carries. Topic `base/line`, once a control period, of drivers that have a line.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::LineState.v1")]
+#[type_name("orienteer::LineState.v2")]
 pub struct LineState {
     /// When this was true.
     pub stamp: Time,
@@ -87,6 +87,8 @@ pub struct LineState {
     pub opened: u64,
     /// Whole packets that came.
     pub packets: u64,
+    /// Those of them that told the driver nothing.
+    pub unknown: u64,
     /// What began like a packet and had a wrong checksum or a length that can't be.
     pub broken: u64,
     /// Bytes that belonged to no packet.

@@ -6,6 +6,7 @@ use orienteer_hardware::{
     arcos::{Profile, Session},
     base::presets,
     emulator::{ArcosEmulator, Emulator, Make},
+    line::Conversation,
     wire::arcos::{
         command::{Argument, Code, Command},
         frame::{self, Framer, HEADER},

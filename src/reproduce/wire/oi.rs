@@ -8,6 +8,7 @@ use std::time::Duration;
 use orienteer_hardware::{
     base::presets,
     emulator::{CreateEmulator, Emulator},
+    line::Conversation,
     oi::{Profile, Session},
     wire::oi::{
         command::{Command, Listener},

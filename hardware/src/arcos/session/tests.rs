@@ -294,3 +294,38 @@ fn a_session_ends_with_a_stop() {
     line.base.answer(&last);
     assert_eq!(line.base.told, [Code::Stop, Code::Close]);
 }
+
+/// Its way is counted in its own units: 1 mm instead of 0.485 mm.
+#[test]
+fn another_base_on_the_same_line_is_measured_in_its_own_units() {
+    let mut line = Line::new("p3dx");
+    line.run(0.5);
+    (line.base, line.deaf) = (Base::new("p3dx-sh"), true);
+    line.run(1.5);
+    line.deaf = false;
+    line.run(2.0);
+    assert_eq!(line.session.state(), State::Open);
+    let before = line.session.odometry().unwrap().travelled;
+    let mut bytes = Vec::new();
+    Information { x: 1000, flags: flags::MOTORS, ..Information::default() }.emit(&mut bytes);
+    line.session.receive(line.now(), &bytes);
+    let way = line.session.odometry().unwrap().travelled - before;
+    assert!((way - 1.0).abs() < 1e-9, "{way} m");
+}
+
+#[test]
+fn packets_that_are_not_understood_are_counted_and_told_from_silence() {
+    let mut line = Line::new("p3dx-sh");
+    line.run(0.5);
+    let mut bytes = Vec::new();
+    frame::emit(0x90, &[1, 2, 3], &mut bytes);
+    line.session.receive(line.now(), &bytes);
+    assert_eq!((line.session.counts().unknown, line.session.parse_error()), (1, None), "nobody asked for that");
+    bytes.clear();
+    frame::emit(0x32, &[1, 2, 3], &mut bytes);
+    line.session.receive(line.now(), &bytes);
+    assert_eq!(line.session.counts().unknown, 2);
+    assert_eq!(line.session.parse_error().unwrap().to_string(), "the packet ends before its y");
+    line.run(0.2);
+    assert_eq!(line.session.parse_error(), None, "it is understood again");
+}

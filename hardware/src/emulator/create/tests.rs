@@ -6,6 +6,7 @@ use super::*;
 use crate::{
     base::odometry::OdometryConfig,
     emulator::Rig,
+    line::Conversation,
     oi::{Profile, STOP, Session, State},
     sim::{Arena, SimBase, SimBodyConfig},
     wire::oi::{

@@ -187,7 +187,7 @@ mod tests {
             bytes.extend(framed(&(7, vec![1, 2])));
             let mut framer = Framer::default();
             assert_eq!(found(&mut framer, &bytes), [(7, vec![1, 2])]);
-            assert_eq!(framer.counts(), Counts { frames: 1, broken: 1, noise: 3 });
+            assert_eq!(framer.counts(), Counts { frames: 1, broken: 1, noise: 3, unknown: 0 });
         }
     }
 

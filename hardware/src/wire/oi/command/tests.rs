@@ -40,9 +40,9 @@ fn the_older_name_of_safe_is_understood() {
 fn songs_that_cannot_be_swallow_nothing() {
     let mut listener = Listener::default();
     assert_eq!(heard(&mut listener, &[140, 1, 17, 131]), ["Safe"]);
-    assert_eq!(listener.counts(), Counts { frames: 1, broken: 0, noise: 3 });
+    assert_eq!(listener.counts(), Counts { frames: 1, broken: 0, noise: 3, unknown: 0 });
     assert_eq!(heard(&mut listener, &[150, 9, 132]), ["Full"]);
-    assert_eq!(listener.counts(), Counts { frames: 2, broken: 1, noise: 3 });
+    assert_eq!(listener.counts(), Counts { frames: 2, broken: 1, noise: 3, unknown: 0 });
 }
 
 /// A command and the memory that it borrows.
@@ -88,7 +88,7 @@ proptest! {
         let mut listener = Listener::default();
         let back: Vec<String> = stream.chunks(piece).flat_map(|bytes| heard(&mut listener, bytes)).collect();
         prop_assert_eq!(back, commands.iter().map(|command| format!("{command:?}")).collect::<Vec<_>>());
-        prop_assert_eq!(listener.counts(), Counts { frames: commands.len() as u64, broken: 0, noise: 0 });
+        prop_assert_eq!(listener.counts(), Counts { frames: commands.len() as u64, broken: 0, noise: 0, unknown: 0 });
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn frames_are_those_of_the_specifications() {
     assert_eq!(found(&mut Framer::new(&ids), &of_create_1), []);
     let mut either = Framer::new(&ids).or_with_headless_sum();
     assert_eq!(found(&mut either, &[frame, of_create_1.to_vec()].concat()), [example(); 2]);
-    assert_eq!(either.counts(), Counts { frames: 2, broken: 0, noise: 0 });
+    assert_eq!(either.counts(), Counts { frames: 2, broken: 0, noise: 0, unknown: 0 });
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn damaged_frames_and_those_of_another_stream_are_broken() {
         bad.extend(&good);
         let mut framer = Framer::new(&USUAL);
         assert_eq!(found(&mut framer, &bad).len(), 1, "{place}");
-        let Counts { frames, broken, noise } = framer.counts();
+        let Counts { frames, broken, noise, .. } = framer.counts();
         assert_eq!((frames, broken, noise), (1, 1, good.len() as u64), "{place}");
     }
     let mut framer = Framer::new(&USUAL);
@@ -59,7 +59,7 @@ fn a_mode_that_cannot_be_is_no_frame() {
     (bad[last - 1], bad[last]) = (9, bad[last].wrapping_sub(9));
     let mut framer = Framer::new(&[Id::Mode]);
     assert_eq!(found(&mut framer, &bad), []);
-    assert_eq!(framer.counts(), Counts { frames: 0, broken: 1, noise: bad.len() as u64 });
+    assert_eq!(framer.counts(), Counts { frames: 0, broken: 1, noise: bad.len() as u64, unknown: 0 });
 }
 
 #[test]
@@ -83,7 +83,7 @@ proptest! {
         let stream: Vec<u8> = sent.iter().flat_map(|sensors| framed(&USUAL, sensors)).collect();
         let mut framer = Framer::new(&USUAL);
         let back: Vec<Sensors> = stream.chunks(piece).flat_map(|bytes| found(&mut framer, bytes)).collect();
-        prop_assert_eq!(framer.counts(), Counts { frames: sent.len() as u64, broken: 0, noise: 0 });
+        prop_assert_eq!(framer.counts(), Counts { frames: sent.len() as u64, broken: 0, noise: 0, unknown: 0 });
         prop_assert_eq!(back, sent);
     }
 
