@@ -2,16 +2,12 @@
 //!
 //! Drivers, ours or other people's, find it at a port, as they would find the robot. See [`hardware::emulator`](crate::hardware::emulator).
 
-use std::{
-    path::PathBuf,
-    thread,
-    time::{Duration, Instant},
-};
+use std::{ops::ControlFlow, path::PathBuf, time::Duration};
 
 use crate::{
     hardware::{
         base::{kinematics::BaseConfig, odometry::OdometryConfig, presets},
-        emulator::{ArcosEmulator, Caller, CreateEmulator, Emulator, Make, Port, Rig},
+        emulator::{self, ArcosEmulator, Caller, CreateEmulator, Emulator, Make, Port, Rig},
         rings::{self, NamedRing},
         sim::{Arena, SimBase, SimBodyConfig, SimSonar},
         wire::{arcos::units::Units, oi::units::Model},
@@ -194,8 +190,6 @@ pub struct Beat<'a> {
 }
 
 /// Lets the robot live until somebody stops it or the time is over, at the pace of a clock on the wall.
-///
-/// A program that was halted for a while goes on where it was: its world has stood still meanwhile.
 pub fn live(
     rig: &mut EmulatedRobot,
     port: &mut Port,
@@ -203,26 +197,9 @@ pub fn live(
     control: &FleetControl,
     mut watch: impl FnMut(Beat<'_>),
 ) {
-    let (mut received, mut answer) = (Vec::new(), Vec::new());
-    let mut due = Instant::now();
-    while !control.is_stopped() && duration.is_none_or(|duration| rig.now().since(Time::START) < duration) {
-        received.clear();
-        answer.clear();
-        let caller = port.receive(rig.now(), &mut received);
-        if caller != Caller::Same {
-            rig.hang_up();
-        }
-        rig.beat(&received, &mut answer);
-        port.send(&answer);
+    emulator::live(rig, port, |rig, caller| {
         watch(Beat { now: rig.now(), caller, truth: &rig.truth(), emulator: rig.emulator() });
-        due += EmulatedRobot::BEAT;
-        let late = Instant::now().saturating_duration_since(due);
-        if late > LOST {
-            due = Instant::now();
-        }
-        thread::sleep(due.saturating_duration_since(Instant::now()));
-    }
+        let over = duration.is_some_and(|duration| rig.now().since(Time::START) >= duration);
+        if over || control.is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
 }
-
-/// What is later than this is not made up for.
-const LOST: Duration = Duration::from_millis(200);

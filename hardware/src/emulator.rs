@@ -10,6 +10,7 @@
 
 mod arcos;
 mod create;
+mod live;
 mod port;
 mod rig;
 
@@ -23,6 +24,7 @@ use crate::wire::Counts;
 
 pub use arcos::{ArcosEmulator, Make};
 pub use create::CreateEmulator;
+pub use live::{Wire, live};
 pub use port::{Caller, Port, PortError};
 pub use rig::Rig;
 
@@ -30,9 +32,6 @@ pub use rig::Rig;
 pub trait Emulator: Send {
     /// Takes in bytes that a client has sent.
     fn receive(&mut self, now: Time, bytes: &[u8]);
-
-    /// The client has gone, or another one has come.
-    fn hang_up(&mut self);
 
     /// What the motors do from `now` on. Called a hundred times a second with where the base is.
     fn drive(&mut self, now: Time, odometry: &Odometry) -> Twist;
@@ -61,10 +60,6 @@ pub trait Emulator: Send {
 impl<E: Emulator + ?Sized> Emulator for Box<E> {
     fn receive(&mut self, now: Time, bytes: &[u8]) {
         (**self).receive(now, bytes);
-    }
-
-    fn hang_up(&mut self) {
-        (**self).hang_up();
     }
 
     fn feel(&mut self, at: Option<f64>) {

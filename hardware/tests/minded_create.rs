@@ -4,6 +4,7 @@
 
 use std::{
     env,
+    ops::ControlFlow,
     process::{Child, Command},
     sync::{
         Arc, Mutex,
@@ -16,7 +17,7 @@ use std::{
 use orienteer_hardware::{
     base::{odometry::OdometryConfig, presets},
     driver::BaseDriver,
-    emulator::{Caller, CreateEmulator, Port, Rig},
+    emulator::{CreateEmulator, Port, Rig, live},
     line::mind_if_asked,
     oi::{Client, CreateBase, Profile},
     sim::{Arena, SimBase, SimBodyConfig},
@@ -74,7 +75,7 @@ impl Robot {
     fn new(port: Port) -> Self {
         let (speed, quit) = (Arc::new(Mutex::new(0.0)), Arc::new(AtomicBool::new(false)));
         let (tell, quits) = (speed.clone(), quit.clone());
-        let thread = Some(thread::spawn(move || live(port, &tell, &quits)));
+        let thread = Some(thread::spawn(move || run(port, &tell, &quits)));
         Self { speed, quit, thread }
     }
 
@@ -104,26 +105,17 @@ impl Drop for Robot {
     }
 }
 
-fn live(mut port: Port, tell: &Mutex<f64>, quit: &AtomicBool) {
+fn run(mut port: Port, tell: &Mutex<f64>, quit: &AtomicBool) {
     let plan = toml::from_str("[[room]]\ncorners = [[-80, -80], [80, 80]]").unwrap();
     let arena = Arena::new(World::from_plan(&plan, &|_| unreachable!()).unwrap(), Streams::new(1)).unwrap();
     let base = CreateEmulator::body();
     let config = SimBodyConfig { base: base.clone(), odometry: OdometryConfig::exact() };
     let body = arena.add("create", Pose::new(-70.0, 0.0, 0.0), config).unwrap();
     let mut rig = Rig::new(CreateEmulator::new(Model::CREATE_2), arena, SimBase::new(body, base.platform()), None);
-    let (mut received, mut answer, mut due) = (Vec::new(), Vec::new(), Instant::now());
-    while !quit.load(Ordering::Relaxed) {
-        received.clear();
-        answer.clear();
-        if port.receive(rig.now(), &mut received) != Caller::Same {
-            rig.hang_up();
-        }
-        rig.beat(&received, &mut answer);
-        port.send(&answer);
+    live(&mut rig, &mut port, |rig, _| {
         *tell.lock().unwrap() = rig.truth().twist.linear;
-        due += Rig::<CreateEmulator>::BEAT;
-        thread::sleep(due.saturating_duration_since(Instant::now()));
-    }
+        if quit.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
 }
 
 /// A client that does not outlive the test.

@@ -1,24 +1,25 @@
 //! The emulated Create, driven by somebody else's client: pycreate2, which was written for the real one.
 //!
-//! It needs a Python with that package: `pip install pycreate2`, and `ORIENTEER_PYTHON` if that is not `python3`. Without one there is
-//! nothing to be tested, and the test says so.
+//! It needs a Python with that package: `pip install pycreate2`, and `ORIENTEER_PYTHON` if that is not `python3`. Where `python3` has not
+//! got it there is nothing to be tested, and the test says so; a Python that was named must have it.
 #![allow(clippy::unwrap_used)]
 
 use std::{
     collections::HashMap,
     env,
+    ffi::OsString,
+    ops::ControlFlow,
     process::{Command, Output},
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
     thread,
-    time::Instant,
 };
 
 use orienteer_hardware::{
     base::odometry::OdometryConfig,
-    emulator::{Caller, CreateEmulator, Port, Rig},
+    emulator::{CreateEmulator, Port, Rig, live},
     sim::{Arena, SimBase, SimBodyConfig},
     wire::oi::units::Model,
     world::World,
@@ -84,38 +85,38 @@ fn rig() -> Rig<CreateEmulator> {
 }
 
 /// Lets the robot live at this port until it is told to quit. Returns where it is then.
-fn live(mut port: Port, quit: &AtomicBool) -> Truth {
-    let (mut rig, mut due) = (rig(), Instant::now());
-    let (mut received, mut answer) = (Vec::new(), Vec::new());
-    while !quit.load(Ordering::Relaxed) {
-        received.clear();
-        answer.clear();
-        if port.receive(rig.now(), &mut received) != Caller::Same {
-            rig.hang_up();
-        }
-        rig.beat(&received, &mut answer);
-        port.send(&answer);
-        due += Rig::<CreateEmulator>::BEAT;
-        thread::sleep(due.saturating_duration_since(Instant::now()));
-    }
+fn run(mut port: Port, quit: &AtomicBool) -> Truth {
+    let mut rig = rig();
+    live(
+        &mut rig,
+        &mut port,
+        |_, _| {
+            if quit.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        },
+    );
     rig.truth()
 }
 
+/// The Python that somebody has named.
+fn named() -> Option<OsString> {
+    env::var_os("ORIENTEER_PYTHON")
+}
+
 fn python(arguments: &[&str]) -> Option<Output> {
-    let python = env::var("ORIENTEER_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    Command::new(python).args(arguments).output().ok()
+    Command::new(named().unwrap_or_else(|| "python3".into())).args(arguments).output().ok()
 }
 
 #[test]
 fn a_client_for_the_real_robot_drives_the_emulated_one() {
     if !python(&["-c", "import pycreate2"]).is_some_and(|asked| asked.status.success()) {
+        assert_eq!(named(), None, "there is no such Python, or it has no pycreate2");
         eprintln!("skipped: there is no Python with pycreate2");
         return;
     }
     let port = Port::open("pty").unwrap();
     let (name, quit) = (port.name().to_owned(), Arc::new(AtomicBool::new(false)));
     let quits = quit.clone();
-    let robot = thread::spawn(move || live(port, &quits));
+    let robot = thread::spawn(move || run(port, &quits));
     let output = python(&["-c", SCRIPT, &name]).unwrap();
     quit.store(true, Ordering::Relaxed);
     let truth = robot.join().unwrap();

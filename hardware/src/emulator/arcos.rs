@@ -94,6 +94,8 @@ pub struct ArcosEmulator {
     make: Make,
     framer: Framer,
     stage: Stage,
+    /// Frames of a session that are no command.
+    unknown: u64,
     /// When anything came that makes sense.
     heard: Time,
     motors: Motors,
@@ -112,6 +114,7 @@ impl ArcosEmulator {
         Self {
             framer: Framer::default(),
             stage: Stage::Greeting(0),
+            unknown: 0,
             heard: Time::START,
             motors: Motors::new(&make.settings, make.units),
             feelings: Feelings::new(&make),
@@ -128,8 +131,9 @@ impl ArcosEmulator {
             Stage::Greeted | Stage::Open => {
                 // Commands of another kind are not for this base, but somebody is there.
                 self.heard = now;
-                if let Ok(command) = Command::parse(frame) {
-                    self.obey(&command);
+                match Command::parse(frame) {
+                    Ok(command) => self.obey(&command),
+                    Err(_) => self.unknown += 1,
                 }
             }
         }
@@ -192,12 +196,6 @@ impl Emulator for ArcosEmulator {
         self.framer = framer;
     }
 
-    fn hang_up(&mut self) {
-        self.framer.reset();
-        self.answers.clear();
-        self.end_session();
-    }
-
     fn drive(&mut self, now: Time, odometry: &Odometry) -> Twist {
         let watchdog = Duration::from_millis(self.make.settings.watchdog.into());
         let alone = !watchdog.is_zero() && now.since(self.heard) >= watchdog;
@@ -222,7 +220,7 @@ impl Emulator for ArcosEmulator {
     }
 
     fn counts(&self) -> Counts {
-        self.framer.counts()
+        Counts { unknown: self.unknown, ..self.framer.counts() }
     }
 
     fn status(&self) -> String {

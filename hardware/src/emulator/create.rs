@@ -165,11 +165,6 @@ impl Emulator for CreateEmulator {
         self.listener = listener;
     }
 
-    /// It notices nothing of that: only what would have been said is lost.
-    fn hang_up(&mut self) {
-        self.asked.clear();
-    }
-
     fn feel(&mut self, at: Option<f64>) {
         self.senses.touch(at);
     }

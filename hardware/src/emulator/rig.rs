@@ -69,11 +69,6 @@ impl<E: Emulator> Rig<E> {
         }
     }
 
-    /// The client has gone, or another one has come.
-    pub fn hang_up(&mut self) {
-        self.emulator.hang_up();
-    }
-
     /// The time in the world, and in the protocol.
     #[must_use]
     pub fn now(&self) -> Time {

@@ -2,6 +2,7 @@
 
 use std::{
     collections::VecDeque,
+    ops::ControlFlow,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
@@ -10,8 +11,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orienteer_hardware::emulator::{Caller, Emulator, Port};
-use orienteer_runtime::geometry::{Pose, Twist};
+use orienteer_hardware::emulator::{self, Caller, Emulator, Port};
+use orienteer_runtime::{
+    geometry::{Pose, Twist},
+    time::Time,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -160,32 +164,43 @@ impl Drop for Watched {
 }
 
 fn live(mut rig: EmulatedRobot, port: Port, state: &Mutex<State>, quit: &AtomicBool, seed: u64) {
-    let name = port.name().to_owned();
-    let (mut port, mut random) = (Some(port), Pcg64::seed_from_u64(seed));
-    let (mut received, mut answer, mut due) = (Vec::new(), Vec::new(), Instant::now());
-    while !quit.load(Ordering::Relaxed) {
-        received.clear();
-        answer.clear();
-        let wire = lock(state).wire;
-        match (wire, port.is_some()) {
-            (Wire::Off, true) => port = None,
+    let mut wire = Meddled { name: port.name().to_owned(), port: Some(port), random: Pcg64::seed_from_u64(seed), state };
+    emulator::live(&mut rig, &mut wire, |rig, _| {
+        note(state, rig);
+        if quit.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+}
+
+/// A port with somebody at the wire.
+struct Meddled<'a> {
+    name: String,
+    /// There is none while the wire is off.
+    port: Option<Port>,
+    random: Pcg64,
+    state: &'a Mutex<State>,
+}
+
+impl emulator::Wire for Meddled<'_> {
+    fn receive(&mut self, now: Time, into: &mut Vec<u8>) -> Caller {
+        let wire = lock(self.state).wire;
+        match (wire, self.port.is_some()) {
+            (Wire::Off, true) => self.port = None,
             (Wire::Off, false) | (_, true) => {}
             // Somebody else may have the number for a moment.
-            (_, false) => port = Port::open(&name).ok(),
+            (_, false) => self.port = Port::open(&self.name).ok(),
         }
-        let caller = port.as_mut().map_or(Caller::Nobody, |port| port.receive(rig.now(), &mut received));
-        if caller != Caller::Same {
-            rig.hang_up();
+        let caller = self.port.as_mut().map_or(Caller::Nobody, |port| port.receive(now, into));
+        spoil(into, wire, &mut self.random);
+        caller
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        let wire = lock(self.state).wire;
+        let mut bytes = bytes.to_vec();
+        spoil(&mut bytes, wire, &mut self.random);
+        if let Some(port) = &mut self.port {
+            port.send(&bytes);
         }
-        spoil(&mut received, wire, &mut random);
-        rig.beat(&received, &mut answer);
-        spoil(&mut answer, wire, &mut random);
-        if let Some(port) = &mut port {
-            port.send(&answer);
-        }
-        note(state, &rig);
-        due += EmulatedRobot::BEAT;
-        thread::sleep(due.saturating_duration_since(Instant::now()));
     }
 }
 

@@ -9,6 +9,7 @@ use crate::{
     arcos::{Profile, Session, State},
     base::{odometry::OdometryConfig, presets},
     emulator::Rig,
+    line::Conversation,
     rings,
     sim::{Arena, SimBase, SimBodyConfig, SimSonar},
     world::World,
@@ -155,7 +156,6 @@ fn motors_are_off_until_they_are_enabled_and_after_the_session() {
     assert!(go_on(&mut rig, Code::Velocity, Argument::Integer(-300)) < -0.25);
     assert_eq!(go_on(&mut rig, Code::Close, Argument::None), 0.0);
     assert_eq!(go_on(&mut rig, Code::Velocity, Argument::Integer(300)), 0.0, "that is no greeting");
-    rig.hang_up();
     assert_eq!(rig.emulator().status(), "waits for a client");
 }
 
@@ -227,4 +227,24 @@ fn settings_are_told_on_demand() {
     framer.push(&both.back, |frame| told = told.take().or(Settings::parse(frame).ok()));
     let told = told.unwrap();
     assert_eq!((told.watchdog, told.greatest_speed, told.acceleration), (2000, 1200, 300));
+}
+
+/// Nobody takes leave: the base goes on until its watchdog bites, and is fetched out of its session by the next client.
+#[test]
+fn a_client_that_is_gone_is_not_noticed_but_the_next_one_is_heard() {
+    let mut both = Both::new("p3dx-sh");
+    both.run(0.5);
+    both.drive(2.0, Twist::new(0.3, 0.0));
+    let run = |rig: &mut Rig<ArcosEmulator>, seconds: f64| {
+        (0..(seconds * 100.0) as u64).for_each(|_| rig.beat(&[], &mut Vec::new()));
+        rig.truth().twist.linear
+    };
+    assert!(run(&mut both.rig, 1.5) > 0.25, "it knows of nobody who is gone");
+    assert_eq!(run(&mut both.rig, 1.8), 0.0, "the watchdog has bitten");
+    let Both { session, .. } = Both::new("p3dx-sh");
+    both.session = session;
+    both.run(1.0);
+    assert_eq!((both.session.state(), both.rig.truth().twist.linear), (State::Open, 0.0));
+    both.drive(2.0, Twist::new(0.3, 0.0));
+    assert!(both.rig.truth().twist.linear > 0.25);
 }
