@@ -1,6 +1,10 @@
 //! `orienteer emulate`: a simulated robot for drivers of real ones.
 
-use std::time::Duration;
+use std::{
+    sync::mpsc::{SyncSender, TrySendError, sync_channel},
+    thread::{self, JoinHandle},
+    time::Duration,
+};
 
 use serde::Serialize;
 
@@ -36,28 +40,69 @@ pub fn emulate(arguments: &EmulateArguments) -> Result<Outcome, Refusal> {
     let mut rig = emulate::build(&options)?;
     let port = arguments.port.as_deref().unwrap_or(arguments.language.usual_port());
     let mut port = Port::open(port).map_err(|error| Refusal::misused(error.to_string(), "name another with `--port`"))?;
-    let mut teller = Teller::new(arguments.json);
-    teller.say(&format!("{} at {}", options.robot, port.name()))?;
-    let (control, mut failed) = (FleetControl::default(), None);
+    let mut teller = Teller::new(Voice::raise()?, arguments.json);
+    teller.say(format!("{} at {}", options.robot, port.name()));
+    let control = FleetControl::default();
     let ear = Ear::open(control.clone());
     let duration = arguments.duration.map(Duration::from_secs_f64);
     emulate::live(&mut rig, &mut port, duration, &control, |beat| {
-        if let Err(refusal) = teller.tell(beat) {
-            failed = Some(refusal);
+        teller.tell(beat);
+        if teller.voice.failed {
             control.stop();
         }
     });
-    drop(ear);
-    if let Some(refusal) = failed {
-        return Err(refusal);
-    }
     let truth = rig.truth();
-    teller.say(&format!("{:.0} s, {} collisions", rig.now().as_secs_f64(), truth.collisions))?;
+    teller.say(format!("{:.0} s, {} collisions", rig.now().as_secs_f64(), truth.collisions));
+    teller.voice.settle()?;
+    drop(ear);
     Ok(if control.is_stopped() { Outcome::Interrupted } else { Outcome::Well })
+}
+
+/// So many lines wait for whoever reads them.
+const WAITING: usize = 1 << 12;
+
+/// Standard output, on a thread of its own: a robot does not stand still because nobody reads what is said of it.
+struct Voice {
+    lines: SyncSender<String>,
+    thread: JoinHandle<Result<(), Refusal>>,
+    /// Lines that found no room.
+    missing: u64,
+    /// Nothing can be written any more.
+    failed: bool,
+}
+
+impl Voice {
+    fn raise() -> Result<Self, Refusal> {
+        let (lines, incoming) = sync_channel::<String>(WAITING);
+        let speak = move || incoming.iter().try_for_each(|line| style::print(&line));
+        let thread = thread::Builder::new().name("voice".to_owned()).spawn(speak).map_err(|error| {
+            Refusal::failed(format!("no thread can be started: {error}"), "look at the limits of this user: `ulimit -u`")
+        })?;
+        Ok(Self { lines, thread, missing: 0, failed: false })
+    }
+
+    fn say(&mut self, line: String) {
+        match self.lines.try_send(line + "\n") {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => self.missing += 1,
+            Err(TrySendError::Disconnected(_)) => self.failed = true,
+        }
+    }
+
+    /// Waits until all is written.
+    fn settle(self) -> Result<(), Refusal> {
+        drop(self.lines);
+        let written = self.thread.join().unwrap_or(Ok(()));
+        if self.missing > 0 {
+            style::complain_of(&format!("({} lines are left out: they came faster than they were read)", self.missing));
+        }
+        written
+    }
 }
 
 /// Tells people what changes, and programs how it stands.
 struct Teller {
+    voice: Voice,
     /// Programs: a line of JSON so often, s.
     to: Option<f64>,
     status: String,
@@ -82,24 +127,25 @@ struct Line<'a> {
     turn_rate: f64,
     collisions: u32,
     bumped: u32,
-    /// What came over the wire: whole packets, broken ones, and bytes of none.
+    /// What came over the wire: whole packets, how many of them nobody understood, broken ones, and bytes of none.
     packets: u64,
+    unknown: u64,
     broken: u64,
     noise: u64,
 }
 
 impl Teller {
-    fn new(to: Option<f64>) -> Self {
-        Self { to, status: String::new(), collisions: 0, told: Time::START, before: Counts::default() }
+    fn new(voice: Voice, to: Option<f64>) -> Self {
+        Self { voice, to, status: String::new(), collisions: 0, told: Time::START, before: Counts::default() }
     }
 
-    fn tell(&mut self, beat: Beat<'_>) -> Result<(), Refusal> {
+    fn tell(&mut self, beat: Beat<'_>) {
         let status = self.status_at(&beat);
         if let Some(every) = self.to {
             if beat.now.secs_since(self.told) + 1e-9 >= every {
                 self.told = beat.now;
                 let Truth { pose, twist, collisions, bumped, .. } = *beat.truth;
-                let Counts { frames, broken, noise } = beat.emulator.counts();
+                let Counts { frames, unknown, broken, noise } = beat.emulator.counts();
                 let line = Line {
                     time_s: (beat.now.as_secs_f64() * 100.0).round() / 100.0,
                     status: &status,
@@ -111,24 +157,23 @@ impl Teller {
                     collisions,
                     bumped,
                     packets: frames,
+                    unknown,
                     broken,
                     noise,
                 };
-                let text = serde_json::to_string(&line).unwrap_or_default();
-                style::print(&format!("{text}\n"))?;
+                self.voice.say(serde_json::to_string(&line).unwrap_or_default());
             }
-            return Ok(());
+            return;
         }
         if status != self.status {
-            self.say(&format!("{:7.1} s  {status}", beat.now.as_secs_f64()))?;
+            self.say(format!("{:7.1} s  {status}", beat.now.as_secs_f64()));
             self.status = status;
         }
         if beat.truth.collisions > self.collisions {
             self.collisions = beat.truth.collisions;
             let Pose { x, y, .. } = beat.truth.pose;
-            self.say(&format!("{:7.1} s  it has run into something at ({x:.2}, {y:.2})", beat.now.as_secs_f64()))?;
+            self.say(format!("{:7.1} s  it has run into something at ({x:.2}, {y:.2})", beat.now.as_secs_f64()));
         }
-        Ok(())
     }
 
     fn status_at(&mut self, beat: &Beat<'_>) -> String {
@@ -145,8 +190,10 @@ impl Teller {
         }
     }
 
-    fn say(&self, text: &str) -> Result<(), Refusal> {
-        if self.to.is_some() { Ok(()) } else { style::print(&format!("{text}\n")) }
+    fn say(&mut self, text: String) {
+        if self.to.is_none() {
+            self.voice.say(text);
+        }
     }
 }
 
