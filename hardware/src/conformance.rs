@@ -42,7 +42,7 @@
 // What breaks a rule fails a test.
 #![allow(clippy::panic)]
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use orienteer_runtime::{
     geometry::Twist,
@@ -58,6 +58,9 @@ const BEAT: Duration = Duration::from_millis(10);
 const COMES: f64 = 10.0;
 /// A driver must notice within this that its device has gone, s.
 const NOTICES: f64 = 2.0;
+/// A call that takes longer than this has waited for something; and so many are made.
+const AT_ONCE: Duration = Duration::from_millis(4);
+const CALLS: usize = 100;
 /// Packets and their counts make odometry a little late and a little coarse: m or rad, and a share.
 const COARSE: (f64, f64) = (0.06, 0.03);
 
@@ -122,6 +125,7 @@ rules! {
     ($)
     the_platform_makes_sense,
     the_device_is_found,
+    it_never_waits,
     nothing_moves_before_it_is_meant_to,
     it_goes_as_it_is_told,
     no_command_exceeds_the_limits,
@@ -192,6 +196,34 @@ pub fn the_platform_makes_sense(bench: &mut dyn Bench) {
 /// A device that is there is found, and until then a driver waits in words.
 pub fn the_device_is_found(bench: &mut dyn Bench) {
     find(bench);
+}
+
+/// Whoever reads or commands has the answer at once, whether the device is there or not; the guard of a base calls nothing that waits.
+/// This one rule is about time on the wall: of so many calls on a busy machine a few may be late, but not most.
+pub fn it_never_waits(bench: &mut dyn Bench) {
+    find(bench);
+    let may_be_cut = bench.cut(false);
+    for cut in [false, true] {
+        if cut && !may_be_cut {
+            return;
+        }
+        bench.cut(cut);
+        let late = (0..CALLS).filter(|_| {
+            bench.pass(BEAT);
+            let (now, began) = (bench.now(), Instant::now());
+            let base = bench.base();
+            let _ = base.poll(now);
+            let _ = base.command(now, Twist::STOP);
+            base.stop();
+            began.elapsed() > AT_ONCE
+        });
+        let late = late.count();
+        assert!(
+            late <= CALLS / 2,
+            "{late} of {CALLS} calls took longer than {AT_ONCE:?}, with the line {}",
+            if cut { "cut" } else { "whole" }
+        );
+    }
 }
 
 /// Neither by being found, nor by being told to stand.

@@ -388,9 +388,17 @@ enum Slip {
     CountsTooLittle,
     FromTheFuture,
     NeverComes,
+    Waits,
+    PromisesLessThanItDoes,
+    PromisesNonsense,
+    MissesTheCut,
+    GoesOnWhenCut,
+    ForgetsItsWay,
+    /// For comparison.
+    None,
 }
 
-const SLIPS: [(Slip, &str); 8] = [
+const SLIPS: [(Slip, &str); 14] = [
     (Slip::Eager, "nothing_moves_before_it_is_meant_to"),
     (Slip::Backward, "it_goes_as_it_is_told"),
     (Slip::TakesNanForSomething, "what_is_no_number_moves_nothing"),
@@ -399,21 +407,46 @@ const SLIPS: [(Slip, &str); 8] = [
     (Slip::CountsTooLittle, "odometry_goes_on"),
     (Slip::FromTheFuture, "the_device_is_found"),
     (Slip::NeverComes, "the_device_is_found"),
+    (Slip::Waits, "it_never_waits"),
+    (Slip::PromisesLessThanItDoes, "no_command_exceeds_the_limits"),
+    (Slip::PromisesNonsense, "the_platform_makes_sense"),
+    (Slip::MissesTheCut, "a_line_that_is_cut_is_noticed_and_mended"),
+    (Slip::GoesOnWhenCut, "a_line_that_is_cut_is_noticed_and_mended"),
+    (Slip::ForgetsItsWay, "a_line_that_is_cut_is_noticed_and_mended"),
 ];
 
 /// A simulated base whose driver slips.
 struct Slipping {
     inner: Simulated,
     slip: Slip,
+    platform: Platform,
+    cut: bool,
+    /// The way up to the last cut, m, for one who forgets it.
+    forgotten: f64,
+}
+
+impl Slipping {
+    fn of(slip: Slip) -> Self {
+        let inner = Simulated::of("p3dx");
+        let mut platform = inner.driver.platform().clone();
+        match slip {
+            Slip::PromisesLessThanItDoes => platform.limits.linear *= 0.5,
+            Slip::PromisesNonsense => platform.limits.linear = f64::NAN,
+            _ => {}
+        }
+        Self { inner, slip, platform, cut: false, forgotten: 0.0 }
+    }
 }
 
 impl BaseDriver for Slipping {
     fn platform(&self) -> &Platform {
-        self.inner.driver.platform()
+        &self.platform
     }
 
     fn command(&mut self, now: Time, twist: Twist) -> Result<(), DriverError> {
         let twist = match self.slip {
+            // The device's own watchdog.
+            slip if self.cut && slip != Slip::GoesOnWhenCut => Twist::STOP,
             Slip::Eager => Twist::new(0.1, 0.0),
             Slip::Backward => Twist::new(-twist.linear, twist.angular),
             Slip::TakesNanForSomething if !twist.is_finite() => Twist::new(0.1, 0.0),
@@ -424,7 +457,12 @@ impl BaseDriver for Slipping {
 
     fn poll(&mut self, now: Time) -> Result<Odometry, DriverError> {
         let mut odometry = self.inner.driver.poll(now)?;
+        if self.cut && self.slip != Slip::MissesTheCut {
+            return Err(DriverError::LinkLost { device: "it".into(), why: "the line is cut".into() });
+        }
+        odometry.travelled -= self.forgotten;
         match self.slip {
+            Slip::Waits => std::thread::sleep(Duration::from_millis(6)),
             Slip::OdometryJumps if now > Time::from_secs_f64(5.0) => odometry.pose.x -= 1.0,
             Slip::CountsTooLittle => odometry.travelled *= 0.8,
             Slip::FromTheFuture => odometry.stamp = now + Duration::from_millis(50),
@@ -443,7 +481,7 @@ impl BaseDriver for Slipping {
 
 impl Bench for Slipping {
     fn new() -> Self {
-        Self { inner: Simulated::of("p3dx"), slip: Slip::Eager }
+        Self::of(Slip::None)
     }
 
     fn base(&mut self) -> &mut dyn BaseDriver {
@@ -461,17 +499,29 @@ impl Bench for Slipping {
     fn moves(&self) -> Twist {
         self.inner.driver.truth().unwrap().twist
     }
+
+    fn cut(&mut self, cut: bool) -> bool {
+        if cut && self.slip == Slip::ForgetsItsWay {
+            self.forgotten = self.inner.driver.poll(self.inner.now).unwrap().travelled;
+        }
+        self.cut = cut;
+        true
+    }
+}
+
+mod slipping_nowhere {
+    orienteer_hardware::conformance!(super::Slipping);
 }
 
 #[test]
 fn whoever_slips_is_found_out() {
     std::panic::set_hook(Box::new(|_| {}));
-    for (slip, rule) in SLIPS {
-        let breaks = |test: fn(&mut dyn Bench)| {
-            let mut bench = Slipping { slip, ..Slipping::new() };
-            catch_unwind(AssertUnwindSafe(|| test(&mut bench))).is_err()
-        };
-        let broken: Vec<_> = RULES.iter().filter(|(_, test)| breaks(*test)).map(|(name, _)| *name).collect();
-        assert!(broken.contains(&rule), "{slip:?} breaks {broken:?}");
+    for (name, rule) in RULES {
+        let slips: Vec<Slip> = SLIPS.iter().filter(|(_, broken)| broken == name).map(|(slip, _)| *slip).collect();
+        assert!(!slips.is_empty(), "nobody breaks {name}");
+        for slip in slips {
+            let mut bench = Slipping::of(slip);
+            assert!(catch_unwind(AssertUnwindSafe(|| rule(&mut bench))).is_err(), "{slip:?} keeps to {name}");
+        }
     }
 }

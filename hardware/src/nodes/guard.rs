@@ -33,6 +33,9 @@ const URGENT: i32 = -15;
 /// timer of its thread waiting. The deadline of a base must not depend on them. The guard's thread reads the driver every
 /// 10 ms and passes commands on; a command that is not renewed in time ([`Watchdog`]) is replaced by a stop,
 /// whatever became of whoever gave it.
+///
+/// A driver that panics is told to stop. Rust writes what a panic says first, in the thread that panics, and waits for whoever reads
+/// standard error: a program with a base sets a panic hook that does not wait, as the command line of Orienteer does.
 pub struct Guarded {
     shared: Arc<Shared>,
     platform: Platform,
