@@ -3,7 +3,7 @@
 //! Where a robot has been it can be again. Every tenth of a metre it drops a crumb; crumbs that are so near to each other that the robot's
 //! body at the one nearly covers the way to the other are joined, so that a way back cuts the loops of the way that it came.
 
-use std::time::Duration;
+use std::{future::poll_fn, pin::pin, time::Duration};
 
 use nalgebra::Point2;
 use orienteer_runtime::{
@@ -26,9 +26,9 @@ const SLACK: f64 = 0.04;
 const ON_LINE: f64 = 0.15;
 
 /// So often a robot tries to get back to where it came from.
-const TRIES: u32 = 4;
+const TRIES: u32 = 12;
 /// What came between is given time to go on.
-const GIVE_WAY: Duration = Duration::from_secs(2);
+const GIVE_WAY: Duration = Duration::from_secs(4);
 
 /// Where a robot has been.
 ///
@@ -66,6 +66,18 @@ impl Crumbs {
         }
     }
 
+    /// Waits for this, and drops a crumb wherever the robot is meanwhile: somebody may drive it elsewhere, and it will have to find back.
+    pub async fn along<T>(&mut self, pilot: &Pilot, motion: impl Future<Output = T>) -> T {
+        let mut motion = pin!(motion);
+        poll_fn(|context| {
+            if let Some(estimate) = pilot.latest::<PoseEstimate>() {
+                self.drop(estimate.pose);
+            }
+            motion.as_mut().poll(context)
+        })
+        .await
+    }
+
     /// The points to drive to, one after the other, to get from one place to another where the robot has been; the goal is the last one.
     #[must_use]
     pub fn way(&self, from: Point2<f64>, to: Point2<f64>) -> Vec<Point2<f64>> {
@@ -91,7 +103,7 @@ impl Crumbs {
             if ended.is_ok() {
                 break;
             }
-            pilot.sleep(GIVE_WAY).await.ok();
+            self.along(pilot, pilot.sleep(GIVE_WAY)).await.ok();
         }
         ended
     }
@@ -100,23 +112,29 @@ impl Crumbs {
         let here = || pilot.latest::<PoseEstimate>().map(|estimate| estimate.pose).ok_or(Aborted::TimedOut);
         self.drop(here()?);
         for point in self.way(here()?.point(), to.point()) {
-            pilot.go(point, speed, rate).await?;
-            self.drop(here()?);
+            self.along(pilot, pilot.go(point, speed, rate)).await?;
         }
-        pilot.face(to.heading, rate).await
+        self.along(pilot, pilot.face(to.heading, rate)).await
     }
 
     /// Of the crumbs on the line through `line` along its heading, the one from which `goal` is nearest, with that heading; `line` itself if there
     /// is none nearer.
     #[must_use]
     pub fn nearest_on_line(&self, line: Pose, goal: Pose) -> Pose {
-        let on_line = |crumb: &&Point2<f64>| line.between(Pose::new(crumb.x, crumb.y, 0.0)).y.abs() < ON_LINE;
-        let distance = |at: &Point2<f64>| (at - goal.point()).norm();
-        let nearest = self.graph.node_weights().filter(on_line).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        match nearest {
-            Some(crumb) if distance(crumb) < distance(&line.point()) => Pose::new(crumb.x, crumb.y, line.heading),
+        let on_line = |crumb: Point2<f64>| line.between(Pose::new(crumb.x, crumb.y, 0.0)).y.abs() < ON_LINE;
+        let distance = |at: Point2<f64>| (at - goal.point()).norm();
+        match self.nearest_of(goal.point(), on_line) {
+            Some(crumb) if distance(crumb) < distance(line.point()) => Pose::new(crumb.x, crumb.y, line.heading),
             _ => line,
         }
+    }
+
+    /// Of the crumbs that are wanted the one from which `goal` is nearest.
+    #[must_use]
+    pub fn nearest_of(&self, goal: Point2<f64>, wanted: impl Fn(Point2<f64>) -> bool) -> Option<Point2<f64>> {
+        let distance = |at: &Point2<f64>| (at - goal).norm();
+        let wanted = self.graph.node_weights().copied().filter(|crumb| wanted(*crumb));
+        wanted.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     fn nearest(&self, to: Point2<f64>) -> Option<NodeIndex> {

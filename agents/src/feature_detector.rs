@@ -203,7 +203,7 @@ async fn run(
     let began = pilot.now();
     let travelled = || pilot.latest::<PoseEstimate>().map_or(0.0, |estimate| estimate.travelled);
     let before = travelled();
-    let manoeuvre = Manoeuvre::new(pilot.clone(), config.clone(), clockwork, last_override);
+    let manoeuvre = Manoeuvre::new(pilot.clone(), config.clone(), clockwork, last_override.clone());
     let ended = detectors::detect(&manoeuvre, &search).await;
     let mut points = manoeuvre.points();
     if !detectors::in_order(&search) {
@@ -219,7 +219,9 @@ async fn run(
             (FeatureOutcome::Abort, FeatureReason::TimedOut)
         }
     };
-    let mut report = FeatureReport::new(pilot.now(), request, outcome, reason);
+    let blocked = reason == FeatureReason::Blocked;
+    let disturbed = recovery::is_disturbed(&last_override, began, pilot.now(), blocked);
+    let mut report = FeatureReport::new(pilot.now(), request, outcome, reason).disturbed_if(disturbed);
     for (to, point) in report.points.iter_mut().zip(&points) {
         *to = *point;
     }

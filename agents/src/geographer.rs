@@ -115,7 +115,7 @@ impl Agent for Geographer {
         let script = Script::new(&wiring, move |pilot| {
             // Who was built anew must not give an order that was carried out before.
             let orders = (pilot.now().as_nanos() / 1_000_000) as u32;
-            Tour { pilot, config, ring, map: shared, crumbs: Crumbs::default(), orders }.run()
+            Tour { pilot, config, ring, map: shared, crumbs: Crumbs::default(), orders, fix: None, strange: 0 }.run()
         });
         Ok(Self { config, script, map, done: None })
     }

@@ -160,6 +160,8 @@ struct Mind {
     /// Requests to the feature detector are numbered on.
     requests: RefCell<u32>,
     tally: RefCell<Tally>,
+    /// A visit that was cut short, and what it has told.
+    cut_short: RefCell<Option<(PlaceOrder, Session)>>,
 }
 
 #[derive(Debug, Default)]
@@ -172,10 +174,19 @@ struct Tally {
 
 /// Passes of the sonar by which a robot centres itself.
 const PASSES: usize = 12;
+/// A start pose so near to that of a visit that was cut short is that of the same place, m.
+const SAME_PLACE: f64 = 0.8;
 /// A detector that says nothing for so long is not there.
 const LONGEST_LOOK: Duration = Duration::from_secs(1200);
 
 impl Mind {
+    /// What is known of the place of this order: that of a visit there that was cut short, or nothing.
+    fn session(&self, order: &PlaceOrder) -> Option<Session> {
+        let same = |before: &PlaceOrder| before.opening() == order.opening() && before.start.distance(&order.start) < SAME_PLACE;
+        let known = self.cut_short.take().filter(|(before, _)| same(before));
+        known.map(|(_, session)| session).or_else(|| Session::new(&self.config, order.opening()).ok())
+    }
+
     /// What each look would cost now: going round the feature, and the way to it.
     fn prices(&self, reckoning: &Reckoning, start: Pose, here: Pose) -> Vec<f64> {
         let way = |feature: &Feature| {
@@ -225,7 +236,7 @@ impl Visit {
         let (config, catalogue) = (&mind.config, &mind.config.catalogue);
         let began = self.pilot.now();
         self.centre().await?;
-        let Ok(mut session) = Session::new(config, self.order.opening()) else { return Ok(()) };
+        let Some(mut session) = mind.session(&self.order) else { return Ok(()) };
         self.crumbs.drop(self.start);
         let verdict = loop {
             let prices = mind.prices(&self.reckoning, self.start, self.here());
@@ -235,7 +246,7 @@ impl Visit {
                 Next::Report(verdict) => break verdict,
                 Next::Look(feature) => feature,
             };
-            let ending = self.look(feature).await;
+            let (ending, disturbed) = self.look(feature).await;
             session.observe(feature, ending);
             // The next look, if there is one, may begin from nearer than the start pose.
             let next = session.next(&mind.prices(&self.reckoning, self.start, self.here()));
@@ -243,8 +254,12 @@ impl Visit {
                 Ok(Next::Look(feature)) if !config.return_to_start => catalogue.feature.get(feature),
                 _ => None,
             };
-            if self.go_back(toward).await.is_err() {
-                self.pilot.say("can't get back to where the place is looked at from");
+            // Who had to give way knows no longer where it stands. From somewhere else all that is to be seen would be taken for what it is not.
+            let is_back = self.go_back(toward).await.is_ok();
+            if !is_back || (disturbed && !matches!(next, Ok(Next::Report(_)))) {
+                self.pilot.say("somebody came between; the place has to be come to again");
+                mind.cut_short.replace(Some((self.order, session.clone())));
+                break Verdict { hypothesis: None, belief: 0.0, sure: false };
             }
             self.centre().await?;
         };
@@ -283,12 +298,12 @@ impl Visit {
     }
 
     /// Has the feature detector look for a feature. Nobody who answers is as good as somebody in the way.
-    async fn look(&mut self, number: usize) -> Ending {
+    /// Also says whether somebody came between.
+    async fn look(&mut self, number: usize) -> (Ending, bool) {
+        const NOTHING: (Ending, bool) = (Ending::Interrupted, false);
         let mind = self.mind.clone();
-        let Some(feature) = mind.config.catalogue.feature.get(number) else { return Ending::Interrupted };
-        let Some(search) = self.reckoning.search(feature.kind, feature.whereabouts, self.start) else {
-            return Ending::Interrupted;
-        };
+        let Some(feature) = mind.config.catalogue.feature.get(number) else { return NOTHING };
+        let Some(search) = self.reckoning.search(feature.kind, feature.whereabouts, self.start) else { return NOTHING };
         let way = 100.0 * self.here().distance(&search.at);
         let request = {
             let mut requests = mind.requests.borrow_mut();
@@ -297,13 +312,13 @@ impl Visit {
         };
         mind.tally.borrow_mut().looks += 1;
         let end = self.pilot.now() + LONGEST_LOOK;
-        let Some(report) = self.await_report(&request, end).await else { return Ending::Interrupted };
+        let Some(report) = self.await_report(&request, end).await else { return NOTHING };
         mind.learn(feature, &report, way);
         self.report.driven += report.driven;
         self.report.turned += report.turned;
         let ending = Ending::of(&report);
         self.pilot.say(format!("{}: {ending:?}, {:?}", feature.id, report.reason()));
-        ending
+        (ending, report.is_disturbed())
     }
 
     /// The request is repeated in every step: a detector that was built anew has heard none.
@@ -329,7 +344,8 @@ impl Visit {
             inputs.each::<SonarScan>().iter().for_each(|scan| gathering.hear(&clockwork, scan));
             gathering.is_full()
         };
-        self.pilot.until(listens).await?;
+        let pilot = self.pilot.clone();
+        self.crumbs.along(&pilot, pilot.until(listens)).await?;
         let ring = gathering.ring(RingFilter::Median);
         self.start = centre::centred(self.start, self.here(), &ring, &self.reckoning);
         Ok(())
@@ -441,6 +457,7 @@ impl Agent for PlaceClassifier {
             config,
             requests: RefCell::default(),
             tally: RefCell::default(),
+            cut_short: RefCell::default(),
         };
         Ok(Self { mind: Rc::new(mind), wiring, order: 0, script: None })
     }

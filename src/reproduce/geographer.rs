@@ -11,9 +11,12 @@ use super::{Effort, Row, Suite, SuiteError, in_parallel};
 use crate::{
     Registry,
     agents::geographer::export::{PlaceEntry, PlacesFile},
-    hardware::world::floors::{Corridor, Floor, FloorSpec, Heading, Place, Truth},
+    hardware::world::{
+        floors::{Corridor, Floor, FloorSpec, Heading, Place, Truth},
+        people::People,
+    },
     mission::{self, Recording, RunOptions},
-    runtime::geometry::angle,
+    runtime::{geometry::angle, random::Streams},
 };
 
 pub(super) const SUITE: Suite =
@@ -23,6 +26,8 @@ pub(super) const SUITE: Suite =
 const FIRST_SEED: u64 = 4001;
 /// A place that was found is that one if it is no farther off, m.
 const SAME: f64 = 1.5;
+/// Nobody is nearer to a robot when it begins, m.
+const ROOM: f64 = 5.0;
 /// No floor takes longer, s.
 const LONGEST: f64 = 30_000.0;
 
@@ -108,18 +113,15 @@ fn explore(seed: u64, people: u32) -> Result<Explored, SuiteError> {
     Ok(explored)
 }
 
-/// A robot in the middle of the floor's first corridor in which nobody walks.
+/// A robot in the middle of the floor's first corridor in which nobody is when it begins.
 fn mission(floor: &Floor, seed: u64) -> String {
     let middle = |corridor: &Corridor| {
         let at = |end: &str| floor.truth.place(end).map(Place::point);
         let (from, to) = (at(&corridor.from.place)?, at(&corridor.to.place)?);
         Some((nalgebra::center(&from, &to), corridor.from.arm.radians().to_degrees()))
     };
-    let is_free = |at: &Point2<f64>| {
-        let walks =
-            |path: &[Point2<f64>]| path.windows(2).any(|leg| (leg[0] - at).dot(&(leg[1] - at)) < 0.0 && off(leg, at) < 1.0);
-        !floor.plan.person.iter().any(|person| walks(&person.path.iter().map(|xy| xy.point()).collect::<Vec<_>>()))
-    };
+    let people = People::new(&floor.plan.person, &Streams::new(seed));
+    let is_free = |at: &Point2<f64>| people.bodies().iter().all(|body| (body.disc.center - at).norm() > ROOM);
     let start = floor.truth.corridors.iter().filter_map(middle).find(|(at, _)| is_free(at));
     let (at, heading) = start.unwrap_or((Point2::origin(), 0.0));
     format!(
@@ -153,12 +155,6 @@ cruise_speed = 0.3
 "#,
         at.x, at.y
     )
-}
-
-/// How far a point is off the line through two, m.
-fn off(line: &[Point2<f64>], at: &Point2<f64>) -> f64 {
-    let along = line[1] - line[0];
-    along.perp(&(at - line[0])).abs() / along.norm().max(f64::EPSILON)
 }
 
 /// Holds a map against the truth.

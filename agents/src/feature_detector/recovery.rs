@@ -30,6 +30,11 @@ pub(super) struct Recovery {
 /// When somebody last came between, for all detectors of a robot.
 pub(super) type LastOverride = Cell<Option<Time>>;
 
+/// True if somebody came between since a detector `began`, or so soon before it was `blocked` that they may be what stands there.
+pub(super) fn is_disturbed(last: &LastOverride, began: Time, now: Time, blocked: bool) -> bool {
+    last.get().is_some_and(|last| last >= began || (blocked && now.since(last) < LATELY))
+}
+
 impl Recovery {
     /// After so many overrides the detector ends.
     pub fn new(overrides: u32) -> Self {
@@ -45,7 +50,7 @@ impl Recovery {
                 take(&self.overrides)
             }
             // A wall does not go away; somebody may.
-            Aborted::Blocked => last.get().is_some_and(|last| now.since(last) < LATELY) && take(&self.waits),
+            Aborted::Blocked => take(&self.waits),
             Aborted::Busy | Aborted::Lapsed | Aborted::TimedOut => false,
         }
     }

@@ -23,11 +23,12 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// As the feature detector reports it.
+    /// As the feature detector reports it. What somebody was in the way of may be there.
     #[must_use]
     pub fn of(report: &FeatureReport) -> Self {
         match (report.outcome(), report.reason()) {
             (FeatureOutcome::Found, _) => Self::Found,
+            _ if report.is_disturbed() => Self::Interrupted,
             (FeatureOutcome::NotFound, _) => Self::NotFound,
             (FeatureOutcome::Abort, FeatureReason::Overridden) => Self::Interrupted,
             (FeatureOutcome::Abort, _) => Self::Blocked,

@@ -31,6 +31,7 @@ mod hypothesis;
 mod junction;
 mod layout;
 mod place;
+mod rounds;
 mod sketch;
 mod spec;
 mod text;

@@ -160,7 +160,7 @@ impl Payload for FeatureRequest {
 /// What a detector found. Topic `feature/report`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema, ZeroCopySend)]
 #[repr(C)]
-#[type_name("orienteer::FeatureReport.v1")]
+#[type_name("orienteer::FeatureReport.v2")]
 pub struct FeatureReport {
     /// When the detector ended.
     pub stamp: Time,
@@ -170,6 +170,7 @@ pub struct FeatureReport {
     reason: u32,
     /// How many of the three points were recorded: partial results count.
     pub points_known: u32,
+    disturbed: u64,
     /// The points, map frame, in the order in which a robot meets them that keeps the feature on its right. The heading of each is
     /// the robot's own when it recorded it.
     pub points: [Pose; 3],
@@ -214,6 +215,19 @@ impl FeatureReport {
     #[must_use]
     pub fn outcome(&self) -> FeatureOutcome {
         OUTCOMES.get(self.outcome as usize).copied().unwrap_or(FeatureOutcome::Abort)
+    }
+
+    /// Says whether somebody came between.
+    #[must_use]
+    pub fn disturbed_if(mut self, disturbed: bool) -> Self {
+        self.disturbed = u64::from(disturbed);
+        self
+    }
+
+    /// True if somebody came between, or stood in the way soon after. What was not found then may be there.
+    #[must_use]
+    pub fn is_disturbed(&self) -> bool {
+        self.disturbed != 0
     }
 
     /// Why the feature was not found.

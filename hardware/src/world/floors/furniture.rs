@@ -69,20 +69,25 @@ impl Crate {
     }
 }
 
-/// Somebody who walks up and down a passage, in the middle of what a box leaves of it.
-pub(super) fn walker(passage: &Passage, past: Option<&Crate>, random: &mut impl Rng) -> Person {
+/// The way along a passage, in the middle of what a box leaves of it.
+pub(super) fn way_along(passage: &Passage, past: Option<&Crate>) -> [Point2<f64>; 2] {
     let aside = past.map_or(nalgebra::Vector2::zeros(), |it| it.side.vector() * (-0.5 * it.depth));
     let from = passage.from + aside;
-    let to = from + passage.heading.vector() * passage.length;
+    [from, from + passage.heading.vector() * passage.length]
+}
+
+/// Somebody who walks there.
+pub(super) fn walker(path: &[Point2<f64>], looping: Loop, random: &mut impl Rng) -> Person {
+    let length: f64 = path.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
     Person {
         name: None,
         radius: 0.25,
-        path: vec![xy(from), xy(to)],
+        path: path.iter().copied().map(xy).collect(),
         speed: cm(random.random_range(0.4..=0.9)),
         speed_variation: 0.1,
-        looping: Loop::BackAndForth,
+        looping,
         pause: cm(random.random_range(0.0..=5.0)),
-        start: cm(random.random_range(0.0..=passage.length)),
+        start: cm(random.random_range(0.0..=length)),
         courtesy: Courtesy::Stops,
         patience: Some(15.0),
     }

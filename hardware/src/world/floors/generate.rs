@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point2;
 use orienteer_runtime::random::Streams;
-use rand::seq::SliceRandom;
+use rand::{Rng, seq::SliceRandom};
 
 use super::{
     Corridor, CorridorEnd, Floor, FloorError, FloorSpec, Heading, MOST_LINES, Place, Truth, doorways,
@@ -12,7 +12,7 @@ use super::{
     furniture::{self, Crate, Passage},
     grid::{Grid, Node},
     layout::{self, Layout, Run, Stretch},
-    mm, sketch,
+    mm, rounds, sketch,
 };
 use crate::world::{
     geometry::Bounds,
@@ -164,6 +164,33 @@ impl Draft {
         Passage { from, heading, length: (to - from).norm(), width: link.width }
     }
 
+    /// Who walks through a link: round the floor through it, or to and fro where no way leads round.
+    fn walker(&self, through: usize, passages: &[Passage], crates: &[Option<Crate>], random: &mut impl Rng) -> plan::Person {
+        let along = |link: usize| furniture::way_along(&passages[link], crates[link].as_ref());
+        let Some(round) = self.round(through, random) else {
+            return furniture::walker(&along(through), plan::Loop::BackAndForth, random);
+        };
+        let mut path = Vec::new();
+        for (place, link) in round {
+            path.push(self.places[place].point());
+            // Past a box there is one way; elsewhere it is straight.
+            if crates[link].is_some() {
+                let mut past = along(link);
+                if self.links[link].ends[0].0 != place {
+                    past.reverse();
+                }
+                path.extend(past);
+            }
+        }
+        furniture::walker(&path, plan::Loop::Round, random)
+    }
+
+    /// The places and links of a way round through a link, if there is one.
+    fn round(&self, through: usize, random: &mut impl Rng) -> Option<Vec<(usize, usize)>> {
+        let ends: Vec<[usize; 2]> = self.links.iter().map(|link| link.ends.map(|(place, _)| place)).collect();
+        rounds::round(through, &ends, random)
+    }
+
     /// The corridor of a link as the ground truth has it.
     fn corridor(&self, link: &Link) -> Corridor {
         let [from, to] = link.ends.map(|(place, arm)| CorridorEnd { place: self.places[place].name.clone(), arm });
@@ -184,6 +211,8 @@ fn finish(draft: Draft, seed: u64, spec: &FloorSpec) -> Result<Floor, FloorError
     let crates: Vec<Option<Crate>> = passages.iter().map(|passage| Crate::draw(passage, spec, &mut boxes)).collect();
     let mut order: Vec<usize> = (0..count).collect();
     order.shuffle(&mut people);
+    // Whoever walks to and fro shuts itself up behind a robot.
+    order.sort_by_key(|link| draft.round(*link, &mut stream("rounds")).is_none());
     let walked = order.into_iter().take(spec.people as usize);
     let name = format!("floor {seed}");
     let place = |place: &Place| plan::Place {
@@ -196,7 +225,7 @@ fn finish(draft: Draft, seed: u64, spec: &FloorSpec) -> Result<Floor, FloorError
         corridor: draft.named_corridors(),
         room: draft.named_rooms(),
         boxes: passages.iter().zip(&crates).filter_map(|(passage, it)| it.map(|it| it.plan(passage))).collect(),
-        person: walked.map(|i| furniture::walker(&passages[i], crates[i].as_ref(), &mut people)).collect(),
+        person: walked.map(|link| draft.walker(link, &passages, &crates, &mut people)).collect(),
         place: draft.places.iter().map(place).collect(),
         ..WorldPlan::default()
     };

@@ -48,7 +48,7 @@ pub struct FloorSpec {
     pub berth: f64,
     /// No box stands nearer to the mouth of a place, 0 to 20.
     pub clear: f64,
-    /// People, each walking up and down a corridor of their own from place to place.
+    /// People, each with a corridor of their own, who walk round the floor through it; to and fro in it where no way leads round.
     pub people: u32,
 }
 

@@ -99,6 +99,9 @@ fn person(it: &Person) -> String {
     let mut text = format!("[[person]]\n{}path = {}\n", name(it.name.as_deref()), points(&it.path));
     let Person { speed, speed_variation, pause, start, patience, .. } = it;
     let _ = write!(text, "speed = {speed:?}\nspeed_variation = {speed_variation:?}\npause = {pause:?}\nstart = {start:?}\n");
+    if it.looping == plan::Loop::Round {
+        text += "loop = \"round\"\n";
+    }
     if let Some(patience) = patience {
         let _ = writeln!(text, "patience = {patience:?}");
     }
