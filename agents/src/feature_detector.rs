@@ -35,8 +35,8 @@ use orienteer_runtime::{
     agent::{Aborted, Agent, Behaviour, BuildError, Finish, Inputs, Outputs, Pilot, RobotContext, Script, Wiring},
     time::Time,
     topics::{
-        FeatureKind, FeatureOutcome, FeatureReason, FeatureReport, FeatureRequest, FeatureSearch, Odometry, PoseEstimate,
-        SonarScan,
+        BaseDecision, FeatureKind, FeatureOutcome, FeatureReason, FeatureReport, FeatureRequest, FeatureSearch, Odometry,
+        PoseEstimate, SonarScan,
     },
 };
 use schemars::JsonSchema;
@@ -204,7 +204,7 @@ async fn run(
     let travelled = || pilot.latest::<PoseEstimate>().map_or(0.0, |estimate| estimate.travelled);
     let before = travelled();
     let manoeuvre = Manoeuvre::new(pilot.clone(), config.clone(), clockwork, last_override.clone());
-    let ended = detectors::detect(&manoeuvre, &search).await;
+    let (ended, shared) = recovery::watched(pilot, detectors::detect(&manoeuvre, &search)).await;
     let mut points = manoeuvre.points();
     if !detectors::in_order(&search) {
         points.reverse();
@@ -220,7 +220,7 @@ async fn run(
         }
     };
     let blocked = reason == FeatureReason::Blocked;
-    let disturbed = recovery::is_disturbed(&last_override, began, pilot.now(), blocked);
+    let disturbed = shared || recovery::is_disturbed(&last_override, began, pilot.now(), blocked);
     let mut report = FeatureReport::new(pilot.now(), request, outcome, reason).disturbed_if(disturbed);
     for (to, point) in report.points.iter_mut().zip(&points) {
         *to = *point;
@@ -256,7 +256,7 @@ impl Agent for FeatureDetector {
     type Config = FeatureDetectorConfig;
 
     fn topics(wiring: &mut Wiring) {
-        wiring.reads::<SonarScan>().reads::<Odometry>().reads::<PoseEstimate>().reads::<FeatureRequest>();
+        wiring.reads::<SonarScan>().reads::<BaseDecision>().reads::<Odometry>().reads::<PoseEstimate>().reads::<FeatureRequest>();
         wiring.writes::<FeatureReport>();
     }
 

@@ -31,6 +31,9 @@ struct Bench {
     /// What the boss claims in each step.
     boss: BaseClaim,
     said: Vec<Motion>,
+    /// The body touches something: ahead if positive, behind if negative. The base goes away from it, and nowhere else; nowhere at
+    /// all if that is no number.
+    touches: f64,
 }
 
 const STEPS_PER_MOTION: u32 = 5;
@@ -49,6 +52,7 @@ impl Bench {
             left: 0,
             boss: BaseClaim { client: ClientId(1), ..BaseClaim::default() },
             said: Vec::new(),
+            touches: 0.0,
         }
     }
 
@@ -75,10 +79,18 @@ impl Bench {
             self.said.push(motion);
         }
         self.left = self.left.saturating_sub(1);
+        let is_held = match motion.kind() {
+            MotionKind::Translate { distance, .. } => self.touches.is_nan() || distance * self.touches > 0.0,
+            MotionKind::Rotate { .. } => self.touches != 0.0,
+            MotionKind::Stop | MotionKind::Velocity(_) => false,
+        };
+        if is_held {
+            return MotionReport::new(self.now, motion.id, MotionState::Blocked, 0.0);
+        }
         let state = if self.left == 0 { MotionState::Done } else { MotionState::Running };
         if self.left == 1 {
             match motion.kind() {
-                MotionKind::Translate { distance, .. } => self.pose = self.pose.along_arc(distance, 0.0),
+                MotionKind::Translate { distance, .. } => (self.pose, self.touches) = (self.pose.along_arc(distance, 0.0), 0.0),
                 MotionKind::Rotate { angle, .. } => self.pose = self.pose.along_arc(0.0, angle),
                 MotionKind::Stop | MotionKind::Velocity(_) => {}
             }
@@ -240,4 +252,21 @@ fn a_goal_behind_is_reached_in_reverse() {
         })
         .sum();
     assert!(turned < 0.25 * PI, "turned by {turned}");
+}
+
+#[test]
+fn who_touches_something_gets_away_from_it_and_turns_then() {
+    for touches in [1.0, -1.0] {
+        let script = Script::new(&wiring(), |pilot| async move { pilot.rotate(FRAC_PI_2, 0.5).await });
+        let mut bench = Bench { touches, ..Bench::new(&wiring(), script) };
+        assert_eq!(bench.run(), Ok(()));
+        assert!((bench.pose.heading - FRAC_PI_2).abs() < 1e-9 && bench.pose.x * touches < 0.0, "{:?}", bench.pose);
+    }
+}
+
+#[test]
+fn who_can_get_away_in_no_direction_says_so() {
+    let script = Script::new(&wiring(), |pilot| async move { pilot.rotate(FRAC_PI_2, 0.5).await });
+    let mut bench = Bench { touches: f64::NAN, ..Bench::new(&wiring(), script) };
+    assert_eq!(bench.run(), Err(Aborted::Blocked));
 }

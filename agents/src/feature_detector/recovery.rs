@@ -3,12 +3,13 @@
 //! A part of a manoeuvre (a turn, a stretch along a wall, a look around) that is cut short begins again: the robot waits until the base is free, goes back to
 //! where the part began, and does it once more. So somebody who walks past costs time, and not the whole detector. If it happens too often, the detector ends.
 
-use std::{cell::Cell, time::Duration};
+use std::{cell::Cell, future::poll_fn, pin::pin, time::Duration};
 
 use orienteer_runtime::{
     agent::{Aborted, Pilot},
     geometry::Pose,
     time::Time,
+    topics::BaseDecision,
 };
 
 /// Somebody who came between is given so long to go on.
@@ -33,6 +34,19 @@ pub(super) type LastOverride = Cell<Option<Time>>;
 /// True if somebody came between since a detector `began`, or so soon before it was `blocked` that they may be what stands there.
 pub(super) fn is_disturbed(last: &LastOverride, began: Time, now: Time, blocked: bool) -> bool {
     last.get().is_some_and(|last| last >= began || (blocked && now.since(last) < LATELY))
+}
+
+/// Waits for this; also says whether more than one client had the base meanwhile. Who does not hold the base does not notice that somebody
+/// drives it on.
+pub(super) async fn watched<T>(pilot: &Pilot, detection: impl Future<Output = T>) -> (T, bool) {
+    let (mut detection, mut holder, mut shared) = (pin!(detection), None, false);
+    let ended = poll_fn(|context| {
+        if let Some(now) = pilot.latest::<BaseDecision>().and_then(|decision| decision.holder.known()) {
+            shared |= *holder.get_or_insert(now) != now;
+        }
+        detection.as_mut().poll(context)
+    });
+    (ended.await, shared)
 }
 
 impl Recovery {

@@ -232,13 +232,36 @@ impl Pilot {
         self.arrive(motion).await
     }
 
-    /// Turns on the spot by `angle` rad (positive: left) at up to `rate` rad/s and comes to rest.
+    /// Turns on the spot by `angle` rad (positive: left) at up to `rate` rad/s and comes to rest. Nothing keeps a base from that but what it
+    /// touches: then it gets away from there first, a little back or ahead, and turns by what is left.
     ///
     /// # Errors
     /// If the base is lost or can't go on.
     pub async fn rotate(&self, angle: f64, rate: f64) -> Result<(), Aborted> {
+        let heading = || self.latest::<PoseEstimate>().map(|estimate| estimate.pose.heading);
+        let before = heading();
         let motion = self.order(|base| base.rotate(angle, rate));
-        self.arrive(motion).await
+        match self.arrive(motion).await {
+            Err(Aborted::Blocked) => {
+                self.back_off().await?;
+                let turned = before.zip(heading()).map_or(0.0, |(before, now)| angle::turn(before, now));
+                let motion = self.order(|base| base.rotate(angle - turned, rate));
+                self.arrive(motion).await
+            }
+            ended => ended,
+        }
+    }
+
+    /// Gets away from what the body touches: the base lets it go nowhere else.
+    async fn back_off(&self) -> Result<(), Aborted> {
+        /// So far, m.
+        const AWAY: f64 = 0.06;
+        /// At up to this speed, m/s.
+        const SLOWLY: f64 = 0.05;
+        match self.translate(-AWAY, SLOWLY).await {
+            Err(Aborted::Blocked) => self.translate(AWAY, SLOWLY).await,
+            ended => ended,
+        }
     }
 
     /// Keeps a velocity until something else is ordered.
