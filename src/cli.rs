@@ -132,6 +132,11 @@ impl Command {
         u8::from(matches!(self, Command::Hardware(_)))
     }
 
+    /// True if what robots find out is news. Of hundreds in a suite nobody wants to hear it.
+    fn has_news(&self) -> bool {
+        !matches!(self, Command::Reproduce(_))
+    }
+
     fn answers_in_json(&self) -> bool {
         match self {
             Command::Run(arguments) => arguments.json,
@@ -352,7 +357,7 @@ pub fn main(registry: &Registry) -> ExitCode {
     mind_if_asked();
     let Arguments { command, verbose, quiet } = Arguments::parse();
     let _settled = stderr::Settled;
-    log::start(verbose.max(command.usual_verbosity()), quiet);
+    log::start(verbose.max(command.usual_verbosity()), quiet, command.has_news());
     before_exit(stderr::settle_within);
     let json = command.answers_in_json();
     let outcome = match command {

@@ -16,16 +16,17 @@ use super::{stderr, style::Paint};
 use crate::runtime::host::{NEWS, RELIEF};
 
 /// Sends log lines, and what panics say, to standard error. Robots' lines carry the mission's time; the wall clock's would only differ
-/// from run to run.
-pub fn start(verbose: u8, quiet: bool) {
+/// from run to run. What robots find out is told if `news` is wanted.
+pub fn start(verbose: u8, quiet: bool, news: bool) {
     let level = match (quiet, verbose) {
         (true, _) => LevelFilter::ERROR,
         (false, 0) => LevelFilter::WARN,
         (false, 1) => LevelFilter::INFO,
         (false, _) => LevelFilter::DEBUG,
     };
-    // Who sees that something has failed sees that it works again; and what robots find out is why they were sent.
+    // Who sees that something has failed sees that it works again; and what a robot finds out is why it was sent.
     let relief = if quiet { level } else { level.max(LevelFilter::INFO) };
+    let news = if news { relief } else { level };
     let subscriber = tracing_subscriber::fmt()
         .with_max_level(LevelFilter::TRACE)
         .with_target(false)
@@ -33,7 +34,7 @@ pub fn start(verbose: u8, quiet: bool) {
         .with_ansi(Paint::stderr().is_coloured())
         .with_writer(|| Lines)
         .finish()
-        .with(Targets::new().with_default(level).with_target(RELIEF, relief).with_target(NEWS, relief));
+        .with(Targets::new().with_default(level).with_target(RELIEF, relief).with_target(NEWS, news));
     // Fails only if there is one already.
     let _ = tracing::subscriber::set_global_default(subscriber);
     std::panic::set_hook(Box::new(|panic| stderr::write(last_words(panic).as_bytes())));

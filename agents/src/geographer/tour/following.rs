@@ -1,0 +1,115 @@
+//! Following corridors, and getting back to where the robot came from.
+
+use std::time::Duration;
+
+use nalgebra::Point2;
+use orienteer_runtime::{
+    agent::Aborted,
+    geometry::Pose,
+    topics::{CorridorOrder, CorridorReport, Opening},
+};
+
+use super::{GIVE_WAY, LOOKS, Tour, reckoning::is_on_line};
+
+/// Who comes on by less has been stopped by the same thing again, m.
+const STUCK: f64 = 0.30;
+/// Whoever stands where a corridor may end has so long to go away, each time that the robot looks.
+const GO_AWAY: Duration = Duration::from_secs(8);
+/// Who has followed a corridor for less than this, m, may have missed that it opens to a side.
+const RUN_IN: f64 = 1.2;
+/// By following its corridor for so long a robot learns where it stands, m.
+pub(super) const RUN_UP: f64 = 1.5;
+
+impl Tour {
+    /// Has the follower go to where something opens or ends, from `from` on in that direction. What blocks the way is given time to go away first.
+    /// `None` if the way is lost.
+    pub(super) async fn follow(&mut self, from: Pose) -> Result<Option<CorridorReport>, Aborted> {
+        let (mut closed, mut lost, mut overrides) = (0, 0, 0);
+        // How far it followed the corridor to where it is now, m.
+        let mut came = 0.0;
+        loop {
+            let mut report = self.order_follower().await?;
+            let disturbed = report.overrides > 0;
+            overrides += report.overrides;
+            report.overrides = overrides;
+            let on_line = is_on_line(from, self.here());
+            match report.opening() {
+                Opening::DeadEnd => {
+                    lost += u32::from(!on_line);
+                    let moved = report.length.abs() >= STUCK;
+                    if moved {
+                        came = report.length;
+                    }
+                    // Who stepped aside for somebody may have met nobody but them.
+                    closed = match moved {
+                        _ if disturbed || !on_line => 0,
+                        true => 1,
+                        false => closed + 1,
+                    };
+                    if closed >= LOOKS {
+                        if came >= RUN_IN {
+                            return Ok(Some(report));
+                        }
+                        // Somebody stood in a corner, perhaps, and has gone: the follower has to see the walls before it.
+                        (closed, lost) = (0, lost + 1);
+                        self.back_on_line(from, report.pose.then(Pose::new(-RUN_UP, 0.0, 0.0))).await;
+                    }
+                }
+                Opening::Lost => lost += 1,
+                _ => return Ok(Some(report)),
+            }
+            if lost >= LOOKS {
+                return Ok(None);
+            }
+            self.rest(if closed > 0 { GO_AWAY } else { GIVE_WAY }).await?;
+            if !on_line {
+                self.back_on_line(from, self.here()).await;
+            }
+        }
+    }
+
+    /// Goes a little back to where it has come straight from `from`, and follows the corridor once more; `None` if it can't get there.
+    pub(super) async fn come_again(&mut self, from: Pose, arrival: &CorridorReport) -> Result<Option<CorridorReport>, Aborted> {
+        let is_back = self.back_on_line(from, arrival.pose.then(Pose::new(-RUN_UP, 0.0, 0.0))).await;
+        if is_back { self.follow(from).await } else { Ok(None) }
+    }
+
+    /// Whoever stepped aside may stand beside its way, or across it. Of where it has been, what lies about straight on from `from` is the
+    /// corridor's middle; goes there, as near to the goal as that is.
+    async fn back_on_line(&mut self, from: Pose, goal: Pose) -> bool {
+        let on_line = |at: Point2<f64>| is_on_line(from, Pose::new(at.x, at.y, from.heading));
+        let at = self.crumbs.nearest_of(goal.point(), on_line).unwrap_or_else(|| from.point());
+        self.go_back(Pose::new(at.x, at.y, from.heading)).await
+    }
+
+    /// The order is repeated in every step: a follower that was built anew has heard none.
+    async fn order_follower(&mut self) -> Result<CorridorReport, Aborted> {
+        self.pilot.release();
+        self.orders += 1;
+        let order = self.orders;
+        loop {
+            self.pilot.publish(CorridorOrder { stamp: self.pilot.now(), order });
+            self.pilot.next_step().await?;
+            self.crumbs.drop(self.here());
+            if let Some(report) = self.pilot.latest::<CorridorReport>().filter(|report| report.order == order) {
+                return Ok(report);
+            }
+        }
+    }
+
+    /// False if it can't.
+    pub(super) async fn go_back(&mut self, to: Pose) -> bool {
+        let (speed, rate) = (self.config.speed, self.config.turn_rate);
+        let is_back = self.crumbs.go_back(&self.pilot, to, speed, rate).await.is_ok();
+        if !is_back {
+            self.pilot.say("can't get back to where it came from");
+        }
+        self.pilot.release();
+        is_back
+    }
+
+    pub(super) async fn rest(&mut self, span: Duration) -> Result<(), Aborted> {
+        let pilot = self.pilot.clone();
+        self.crumbs.along(&pilot, pilot.sleep(span)).await
+    }
+}

@@ -1,0 +1,85 @@
+//! Having places named.
+
+use nalgebra::Matrix2;
+use orienteer_runtime::{
+    agent::Aborted,
+    geometry::Pose,
+    topics::{CorridorReport, Opening, PlaceOrder, PlaceReport},
+};
+
+use super::{Standing, TRIES, Tour, following::RUN_UP, reckoning::ELSEWHERE};
+use crate::geographer::map::{Arm, Place};
+
+/// What came of naming a place.
+pub(super) enum Named {
+    Place(Place),
+    /// It is nothing that is known.
+    Nothing,
+    /// See [`Arrived::Astray`].
+    Astray,
+}
+
+impl Tour {
+    /// As [`name`](Self::name). Where nothing came of it the robot comes to the place again, so that it knows where it stands.
+    pub(super) async fn name_at_last(&mut self, standing: &mut Standing, mut arrival: CorridorReport) -> Named {
+        for _ in 0..TRIES {
+            if let Some(place) = self.name(standing, &arrival).await {
+                return Named::Place(place);
+            }
+            let begin = arrival.pose.then(Pose::new(-2.0 * RUN_UP, 0.0, 0.0));
+            let Ok(Some(again)) = self.come_again(begin, &arrival).await else { return Named::Astray };
+            if arrival.pose.distance(&again.pose) > ELSEWHERE {
+                return Named::Astray;
+            }
+            // Somebody may have stood in the corner.
+            if again.opening() != Opening::DeadEnd || arrival.opening() == Opening::DeadEnd {
+                (standing.start, arrival) = (again.pose, again);
+            }
+        }
+        Named::Nothing
+    }
+
+    /// What the new place is that the robot stands at; `None` if it is nothing that is known.
+    async fn name(&mut self, standing: &mut Standing, arrival: &CorridorReport) -> Option<Place> {
+        let facing = standing.facing;
+        let mut place = Place {
+            name: String::new(),
+            at: standing.start.point(),
+            covariance: Matrix2::zeros(),
+            kind: "dead-end".to_owned(),
+            title: "dead end".to_owned(),
+            belief: 1.0,
+            seen: facing,
+            arms: [Arm::Closed; 4],
+            visits: 1,
+        };
+        place.arms[facing.back().index()] = Arm::Unexplored;
+        if arrival.opening() == Opening::DeadEnd {
+            return Some(place);
+        }
+        let report = self.order_classifier(arrival, standing.reckoning.width).await.ok()?;
+        if report.kind.as_str().is_empty() {
+            return None;
+        }
+        for way in report.ways() {
+            place.arms[facing.toward(way).index()] = Arm::Unexplored;
+        }
+        standing.start = report.start;
+        (place.kind, place.title) = (report.kind.to_string(), report.title.to_string());
+        place.belief = report.belief;
+        Some(place)
+    }
+
+    async fn order_classifier(&mut self, arrival: &CorridorReport, width: f64) -> Result<PlaceReport, Aborted> {
+        self.pilot.release();
+        self.orders += 1;
+        let order = PlaceOrder::new(self.pilot.now(), self.orders, arrival.opening(), arrival.pose, width);
+        loop {
+            self.pilot.publish(order);
+            self.pilot.next_step().await?;
+            if let Some(report) = self.pilot.latest::<PlaceReport>().filter(|report| report.order == order.order) {
+                return Ok(report);
+            }
+        }
+    }
+}
