@@ -54,6 +54,9 @@ pub struct FeatureDetectorConfig {
     /// Speed along walls, m/s (Randazza 1989, §1.4).
     #[schemars(range(min = 0.01, max = 1.0))]
     pub speed: f64,
+    /// Speed from one look to the next, m/s.
+    #[schemars(range(min = 0.01, max = 2.0))]
+    pub travel_speed: f64,
     /// Speed in doorways, m/s.
     #[schemars(range(min = 0.005, max = 0.5))]
     pub creep_speed: f64,
@@ -107,8 +110,9 @@ impl Default for FeatureDetectorConfig {
     fn default() -> Self {
         Self {
             speed: 0.08,
-            creep_speed: 0.02,
-            turn_rates_deg: [4.0, 8.0, 16.0],
+            travel_speed: 0.25,
+            creep_speed: 0.04,
+            turn_rates_deg: [8.0, 24.0, 45.0],
             readings: 12,
             filter: RingFilter::Median,
             tries: 2,

@@ -138,7 +138,7 @@ impl Manoeuvre {
     /// A part of the manoeuvre that begins here, once more if somebody comes between.
     async fn undisturbed<T>(&self, part: impl AsyncFn() -> Result<T, Aborted>) -> Result<T, Aborted> {
         let [.., fast] = self.config.turn_rates_deg;
-        let pace = (self.config.speed, fast.to_radians());
+        let pace = (self.config.travel_speed, fast.to_radians());
         self.recovery.undisturbed(&self.pilot, &self.last_override, self.pose()?, pace, part).await
     }
 
@@ -194,7 +194,7 @@ impl Manoeuvre {
 
     /// Drives straight on, or back.
     pub async fn go(&self, distance: f64) -> Result<(), Aborted> {
-        self.undisturbed(async || self.pilot.translate(distance, self.config.speed).await).await
+        self.undisturbed(async || self.pilot.translate(distance, self.config.travel_speed).await).await
     }
 
     /// The same where it is narrow.
@@ -213,7 +213,7 @@ impl Manoeuvre {
         let [.., fast] = self.config.turn_rates_deg;
         let from = self.pose()?;
         let rate = fast.to_radians();
-        self.undisturbed(async || self.pilot.move_to(goal, strategy, self.config.speed, rate).await).await?;
+        self.undisturbed(async || self.pilot.move_to(goal, strategy, self.config.travel_speed, rate).await).await?;
         // What it turned on the way is not told; between the two headings it turned at least this.
         self.turned.set(self.turned.get() + angle::turn(from.heading, goal.pose().heading).abs());
         Ok(())
