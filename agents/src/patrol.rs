@@ -67,8 +67,12 @@ enum Way {
     Straight,
     Left,
     Right,
-    Back,
+    /// Turning on the spot by so much, rad.
+    Turn(f64),
 }
+
+/// Where it came from.
+const BACK: Way = Way::Turn(PI);
 
 /// How far past the corner the robot's centre stands when it is in a way out, m: the rear sonar is level with the corner.
 const INTO_PORT: f64 = 0.15;
@@ -82,6 +86,8 @@ const WIDEST: f64 = 4.0;
 const HINDERED: Duration = Duration::from_secs(8);
 /// A stretch shorter than this was no way at all, m: the robot is hemmed in.
 const NO_WAY: f64 = 0.05;
+/// With so much room to a side a robot does not stand at the end of a corridor, m.
+const ACROSS: f64 = 2.0;
 /// How long a ring takes to have looked everywhere.
 const LOOK_ROUND: Duration = Duration::from_secs(1);
 /// What is nearer than this repels, m; what is nearer than that repels no more strongly.
@@ -123,6 +129,14 @@ impl Eyes {
         (sum.norm() > f64::EPSILON).then(|| sum.y.atan2(sum.x))
     }
 
+    /// By how much to turn to the side where there is more room, rad, if there is more than a corridor's end has: then the robot does not stand at one, but across its
+    /// corridor.
+    fn freer_side(&self, scan: &SonarScan) -> Option<f64> {
+        let room = self.look_out.flanks.map(|flank| self.free(scan, flank).unwrap_or_default());
+        let (turn, room) = if room[0] >= room[1] { (FRAC_PI_2, room[0]) } else { (-FRAC_PI_2, room[1]) };
+        (room > ACROSS).then_some(turn)
+    }
+
     /// Free distance from the robot's centre along a transducer's beam, m.
     fn free(&self, scan: &SonarScan, transducer: usize) -> Option<f64> {
         let mount = self.ring.transducers.get(transducer)?.mount;
@@ -159,8 +173,8 @@ async fn patrol(
         let way = match report.opening() {
             // A gap in both walls, a wide hall: feel the way forward, and after a while go back.
             Opening::Lost if lost % 3 != 0 => Way::Straight,
-            Opening::Lost => Way::Back,
-            _ => choose(&report, &config, &mut random),
+            Opening::Lost => BACK,
+            _ => choose(&report, &config, &eyes, pilot.latest(), &mut random),
         };
         // Whoever takes the base meanwhile moves the robot; the follower makes the best of wherever it stands then.
         if let Err(aborted) = leave(&pilot, &config, &eyes, &report, way).await {
@@ -186,7 +200,7 @@ async fn follow(pilot: &Pilot, order: u32) -> Result<CorridorReport, Aborted> {
     }
 }
 
-fn choose(report: &CorridorReport, config: &PatrolConfig, random: &mut Pcg64) -> Way {
+fn choose(report: &CorridorReport, config: &PatrolConfig, eyes: &Eyes, scan: Option<SonarScan>, random: &mut Pcg64) -> Way {
     let straight = report.ahead > report.width + config.clear_ahead;
     let sides: &[Way] = match report.opening() {
         Opening::Left => &[Way::Left],
@@ -198,7 +212,7 @@ fn choose(report: &CorridorReport, config: &PatrolConfig, random: &mut Pcg64) ->
     let (go_straight, side) = (random.random_bool(config.straight_on), random.random_range(0..2));
     match sides {
         [] if straight => Way::Straight,
-        [] => Way::Back,
+        [] => scan.and_then(|scan| eyes.freer_side(&scan)).map_or(BACK, Way::Turn),
         _ if straight && go_straight => Way::Straight,
         sides => sides[side % sides.len()],
     }
@@ -209,8 +223,8 @@ fn choose(report: &CorridorReport, config: &PatrolConfig, random: &mut Pcg64) ->
 /// It crosses the place first and measures how far each side is open on the way, so that it knows a door from a corridor and
 /// finds the middle of what it turns into.
 async fn leave(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &CorridorReport, way: Way) -> Result<(), Aborted> {
-    if way == Way::Back {
-        return pilot.rotate(PI, config.turn_rate).await;
+    if let Way::Turn(angle) = way {
+        return pilot.rotate(angle, config.turn_rate).await;
     }
     let gaps = cross(pilot, config, eyes, report).await?;
     if gaps.held {
@@ -219,8 +233,8 @@ async fn leave(pilot: &Pilot, config: &PatrolConfig, eyes: &Eyes, report: &Corri
     let (side, turn) = match way {
         Way::Left => (0, FRAC_PI_2),
         Way::Right => (1, -FRAC_PI_2),
-        Way::Straight | Way::Back if gaps.blocked => return pilot.rotate(PI, config.turn_rate).await,
-        Way::Straight | Way::Back => return Ok(()),
+        Way::Straight | Way::Turn(_) if gaps.blocked => return pilot.rotate(PI, config.turn_rate).await,
+        Way::Straight | Way::Turn(_) => return Ok(()),
     };
     let Some((from, to)) = gaps.sides[side].filter(|(from, to)| to - from >= config.least_width) else {
         // No more than a door: go on, or back if there is no going on.

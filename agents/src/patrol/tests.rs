@@ -41,6 +41,7 @@ fn robot() -> RobotContext {
         clients: Arc::new([("patrol", 4)].into_iter().collect::<Clients>()),
         platform: Arc::new(platform),
         ring: Arc::new(ring),
+        team: ["ann".into()].into(),
         start: Pose::default(),
         period: PERIOD,
         streams: Streams::new(1),
@@ -54,8 +55,11 @@ struct Walk {
     out: Outputs,
     now: Time,
     travelled: f64,
-    /// What is heard to the left.
+    /// What is heard ahead, and to the left.
+    ahead: Echo,
     left: Echo,
+    /// What the follower reports.
+    opening: Opening,
     /// Whether there is a follower that hears orders.
     followed: bool,
 }
@@ -66,7 +70,17 @@ impl Walk {
         Patrol::topics(&mut wiring);
         let patrol = Patrol::build(PatrolConfig::default(), &robot()).unwrap();
         let (inputs, out) = (Inputs::offline(&wiring), Outputs::offline(&wiring));
-        Self { patrol, inputs, out, now: Time::START, travelled: 0.0, left, followed: true }
+        Self {
+            patrol,
+            inputs,
+            out,
+            now: Time::START,
+            travelled: 0.0,
+            ahead: Echo::Nothing,
+            left,
+            opening: Opening::Left,
+            followed: true,
+        }
     }
 
     /// A control period in which the base moves at this speed, m/s, whatever it is told. Returns what it is told.
@@ -75,10 +89,10 @@ impl Walk {
         self.travelled += speed * PERIOD.as_secs_f64();
         self.inputs.settle();
         self.inputs.put(PoseEstimate { stamp: self.now, travelled: self.travelled, ..PoseEstimate::default() });
-        self.inputs.put(SonarScan::from_echoes(self.now, 1, &[Echo::Nothing, self.left, WALL]));
+        self.inputs.put(SonarScan::from_echoes(self.now, 1, &[self.ahead, self.left, WALL]));
         // The follower is at the place at once.
         for order in self.out.published::<CorridorOrder>().iter().filter(|_| self.followed) {
-            let mut report = CorridorReport::new(self.now, order.order, Opening::Left);
+            let mut report = CorridorReport::new(self.now, order.order, self.opening);
             report.length = 4.0;
             report.width = 1.5;
             self.inputs.put(report);
@@ -115,6 +129,18 @@ fn who_is_kept_from_crossing_where_a_side_is_open_turns_back_too() {
     walk.crossing(0.0);
     let turn = Motion::rotate(0, PI, PatrolConfig::default().turn_rate).kind();
     assert!((0..2).any(|_| walk.step(0.0) == turn), "does not turn back");
+}
+
+/// A robot that was killed while it turned stands across its corridor, and went to and fro between the walls.
+#[test]
+fn who_stands_across_a_corridor_turns_to_where_it_goes_on() {
+    for (left, angle) in [(WALL, PI), (Echo::Range(3.0), FRAC_PI_2), (Echo::Nothing, FRAC_PI_2)] {
+        let mut walk = Walk::new(left);
+        walk.opening = Opening::DeadEnd;
+        walk.ahead = WALL;
+        let turn = Motion::rotate(0, angle, PatrolConfig::default().turn_rate).kind();
+        assert!((0..10).any(|_| walk.step(0.0) == turn), "{left:?}");
+    }
 }
 
 /// A follower that is built anew after a panic has heard no order.
