@@ -159,6 +159,8 @@ pub struct RobotContext {
     pub platform: Arc<Platform>,
     /// The sonar ring.
     pub ring: Arc<Ring>,
+    /// The names of all robots of the mission, in its order.
+    pub team: Arc<[Arc<str>]>,
     /// Where the robot starts, map frame.
     pub start: Pose,
     /// Time between two steps.
@@ -172,6 +174,12 @@ impl RobotContext {
     #[must_use]
     pub fn stream(&self, purpose: &str) -> rand_pcg::Pcg64 {
         self.streams.stream(&self.robot, &format!("{}/{purpose}", self.node))
+    }
+
+    /// The robot's own place in its team.
+    #[must_use]
+    pub fn number(&self) -> u32 {
+        self.team.iter().position(|name| *name == self.robot).unwrap_or_default() as u32
     }
 
     /// The control period in seconds.

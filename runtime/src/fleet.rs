@@ -4,11 +4,13 @@
 //! threads, each with an actix arbiter and a `Crew` that steps its robots one after the other; a robot is never split. The
 //! `Conductor` starts a step on all crews, waits until all are through (the barrier), hands what they recorded to the
 //! recorder in the order of the robots, and lets the [`Environment`] move on. So a robot sees the others as they stood at the
-//! end of the previous step, and neither the order of robots nor the number of threads can show in a result.
+//! end of the previous step, and hears what they [told](crate::topics::TeamPayload) each other in it; neither the order of robots nor the number of threads can
+//! show in a result.
 
 mod conductor;
 mod control;
 mod crew;
+mod exchange;
 mod leader;
 mod pulse;
 mod signals;
@@ -16,6 +18,7 @@ mod signals;
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
+pub(crate) use exchange::{Ear as TeamEar, Exchange, Mouth as TeamMouth, Word, ear, mouth};
 pub use leader::Leader;
 pub(crate) use pulse::{Died, Pulse};
 pub use signals::{Ear, Signals, before_exit};

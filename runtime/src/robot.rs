@@ -13,7 +13,7 @@ use actix::{Actor, ActorFutureExt, Addr, AsyncContext, Context, Handler, Message
 use crate::{
     agent::{Phase, Tap, Wiring},
     clock::Stopwatch,
-    fleet::Pulse,
+    fleet::{Exchange, Pulse, Word},
     host::{Host, HostError, LastWords, NodePlan, NodeReport, Step, Stepped},
     link::{LinkError, RobotBus, RobotTicket},
     recording::Track,
@@ -36,11 +36,12 @@ pub struct RobotPlan {
     pub answered_within: Option<Duration>,
 }
 
-/// Take one control period. Answered by [`RobotStepped`] to the crew.
+/// Take one control period, having heard what was said in the last one. Answered by [`RobotStepped`] to the crew.
 #[derive(Message)]
 #[rtype(result = "()")]
 pub(crate) struct StepRobot {
     pub now: Time,
+    pub heard: Option<Arc<[Word]>>,
 }
 
 /// A robot has completed a control period.
@@ -48,6 +49,8 @@ pub(crate) struct StepRobot {
 #[rtype(result = "()")]
 pub(crate) struct RobotStepped {
     pub done: bool,
+    /// What it told the others.
+    pub said: Vec<Word>,
 }
 
 /// The mission is over; collect the nodes' last words.
@@ -90,6 +93,7 @@ pub(crate) struct Robot {
     turns: Vec<Turn>,
     nodes: Vec<Addr<Host>>,
     taps: Vec<Box<dyn Tap>>,
+    exchange: Exchange,
     track: Rc<RefCell<Track>>,
     crew: Recipient<RobotStepped>,
     next: usize,
@@ -112,6 +116,7 @@ impl Robot {
         let track = Rc::new(RefCell::new(plan.track));
         let bus = plan.bus.open();
         let taps = if track.borrow().is_muted() { Vec::new() } else { taps(&plan.nodes, &bus)? };
+        let exchange = exchange(&plan.nodes, &bus)?;
         let dialogue = plan.answered_within.map(|patience| Dialogue::new(&bus, patience, stopwatch)).transpose()?;
         let name = plan.name.clone();
         let mut failed = None;
@@ -122,6 +127,7 @@ impl Robot {
                 turns: Vec::new(),
                 nodes: Vec::new(),
                 taps,
+                exchange,
                 track: track.clone(),
                 crew,
                 next: 0,
@@ -181,7 +187,7 @@ impl Robot {
                 tap.drain(&mut track);
             }
         }
-        self.crew.do_send(RobotStepped { done: self.done });
+        self.crew.do_send(RobotStepped { done: self.done, said: self.exchange.said() });
     }
 
     /// Asks the other process, if there is one to be asked and that has not been done; true if the answer is to be waited for.
@@ -207,6 +213,15 @@ fn taps(nodes: &[NodePlan], bus: &RobotBus) -> Result<Vec<Box<dyn Tap>>, LinkErr
     all.write_ports().iter().map(|port| (port.tap)(bus)).collect()
 }
 
+/// What any node tells other robots, or wants to hear of them.
+fn exchange(nodes: &[NodePlan], bus: &RobotBus) -> Result<Exchange, LinkError> {
+    let mut all = Wiring::default();
+    nodes.iter().for_each(|node| all.absorb_exchange(&node.wiring));
+    let mouths = all.told_ports().iter().map(|port| (port.mouth)(bus)).collect::<Result<_, _>>()?;
+    let ears = all.heard_ports().iter().map(|port| (port.ear)(bus)).collect::<Result<_, _>>()?;
+    Ok(Exchange::new(mouths, ears))
+}
+
 impl Actor for Robot {
     type Context = Context<Self>;
 }
@@ -217,6 +232,9 @@ impl Handler<StepRobot> for Robot {
     fn handle(&mut self, step: StepRobot, context: &mut Context<Self>) {
         (self.began, self.now, self.next, self.done) = (step.now, step.now, 0, false);
         self.track.borrow_mut().begin(step.now);
+        if let Some(words) = step.heard {
+            self.exchange.hear(&words);
+        }
         if let Some(dialogue) = &mut self.dialogue {
             dialogue.begin();
         }

@@ -23,10 +23,14 @@
 //! | `place/order` | [`PlaceOrder`] | whoever plans → place classifier |
 //! | `place/belief` | [`PlaceBelief`] | place classifier → recording, whoever watches |
 //! | `place/report` | [`PlaceReport`] | place classifier → whoever plans |
+//! | `places/change`, `team/places-change` | [`PlacesChange`], [`TeamPlacesChange`] | geographer → geographers of all robots |
+//! | `places/whereabouts`, `team/whereabouts` | [`Whereabouts`], [`TeamWhereabouts`] | geographer → geographers of all robots |
 //! | `base/line` | [`LineState`] | base at the end of a line → recording, whoever watches |
 //! | `hardware/state` | [`HardwareState`] | hardware in a process of its own → mission |
 //! | `hardware/pulse` | [`MissionPulse`] | mission → hardware in a process of its own |
 //! | `truth` | [`Truth`] | simulated base → recording only |
+//!
+//! The topics of a robot are its own. What robots tell each other is a [`TeamPayload`], which everybody hears on a second topic.
 //!
 //! A behaviour of your own may bring payloads of its own: implement [`Payload`] and use it like these.
 
@@ -40,6 +44,7 @@ mod label;
 mod place;
 mod pose;
 mod sonar;
+mod team;
 
 use std::fmt::Debug;
 
@@ -57,6 +62,7 @@ pub use label::Label;
 pub use place::{PlaceBelief, PlaceOrder, PlaceReport, Way};
 pub use pose::{PoseEstimate, Truth};
 pub use sonar::{Echo, FiringProgram, SonarClaim, SonarDecision, SonarScan};
+pub use team::{NOWHERE, PlacesChange, TeamPlacesChange, TeamWhereabouts, Whereabouts};
 
 /// A sample that a topic carries.
 ///
@@ -84,6 +90,18 @@ pub trait Payload: ZeroCopySend + Copy + Default + Debug + Send + Serialize + De
     const QUEUE: usize = 8;
     /// True if many nodes of a robot write this topic (claims); otherwise exactly one does.
     const MANY_WRITERS: bool = false;
+}
+
+/// What a robot tells all robots of its mission, itself included.
+///
+/// A node that declares [`Wiring::tells`](crate::agent::Wiring::tells) publishes it as any other sample. At the beginning of the next step every robot that
+/// [hears](crate::agent::Wiring::hears) it finds it on the topic of [`Heard`](TeamPayload::Heard): in the order of the mission's robots, and of each in the order in which it was said.
+pub trait TeamPayload: Payload + Sync {
+    /// The same, with who said it.
+    type Heard: Payload;
+
+    /// The same, as said by a robot, by its place in the mission, from 0.
+    fn heard(&self, robot: u32) -> Self::Heard;
 }
 
 /// How many topics, writers and readers a robot may have. Links reserve shared memory by these numbers.

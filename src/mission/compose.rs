@@ -106,7 +106,8 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
     let bus = Bus::open(settings.links, &BusOptions { run: settings.run.clone(), ..BusOptions::default() })?;
     let (epoch, lines) = (Epoch::default(), Lines::default());
     let (mut robots, mut remarks, mut leader) = (Vec::new(), Vec::new(), None);
-    let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines));
+    let team = team(&mission);
+    let mut builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines, &team));
     for (number, config) in mission.robots.iter().enumerate() {
         builder.number = number;
         let plan = match config.hardware {
@@ -139,7 +140,8 @@ pub fn compose_hardware(loaded: Loaded, registry: &Registry, seed: u64, robot: &
     let run = elsewhere::run(settings, config, &sources)?;
     let bus = Bus::open(Backend::Shared, &BusOptions { run: Some(run), ..BusOptions::default() })?;
     let (epoch, lines, mut remarks) = (Epoch::default(), Lines::default(), Vec::new());
-    let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines));
+    let team = team(&mission);
+    let builder = RobotBuilder::new(registry, settings, arena.as_ref(), streams, &bus, (&epoch, &lines, &team));
     let robots = vec![builder.hardware(config, &mut sources, &mut remarks)?];
     let period = builder.period;
     let Mission { settings, record, .. } = mission;
@@ -148,6 +150,11 @@ pub fn compose_hardware(loaded: Loaded, registry: &Registry, seed: u64, robot: &
 
 fn open_arena(mission: &Mission, sources: &mut Sources, streams: Streams) -> Result<Option<Arc<Arena>>, Problems> {
     mission.world.as_ref().map(|world| open_world(world, sources, streams)).transpose()
+}
+
+/// The names of all robots.
+fn team(mission: &Mission) -> Arc<[Arc<str>]> {
+    mission.robots.iter().map(|robot| Arc::from(robot.name.as_str())).collect()
 }
 
 #[derive(Clone, Copy)]
@@ -162,6 +169,7 @@ struct RobotBuilder<'a> {
     bus: &'a Bus,
     epoch: &'a Epoch,
     lines: &'a Lines,
+    team: &'a Arc<[Arc<str>]>,
 }
 
 /// A robot's devices, opened, and what every node has to know of the robot.
@@ -187,11 +195,11 @@ impl<'a> RobotBuilder<'a> {
         arena: Option<&'a Arc<Arena>>,
         streams: Streams,
         bus: &'a Bus,
-        (epoch, lines): (&'a Epoch, &'a Lines),
+        (epoch, lines, team): (&'a Epoch, &'a Lines, &'a Arc<[Arc<str>]>),
     ) -> Self {
         let period = Duration::from_secs_f64(1.0 / settings.control_rate_hz);
         let wall = settings.clock == ClockKind::Wall;
-        Self { registry, settings, number: 0, arena, streams, period, wall, bus, epoch, lines }
+        Self { registry, settings, number: 0, arena, streams, period, wall, bus, epoch, lines, team }
     }
 
     /// A robot with all its nodes.
@@ -335,6 +343,7 @@ impl<'a> RobotBuilder<'a> {
             clients: Arc::new(Clients::new(clients)),
             platform: Arc::new(base.driver.platform().clone()),
             ring: Arc::new(ring.clone()),
+            team: self.team.clone(),
             start: base.start,
             period: self.period,
             streams: self.streams,

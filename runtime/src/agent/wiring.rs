@@ -5,9 +5,10 @@ use crate::{
         inputs::{ReadPort, ReadSlot},
         outputs::{WritePort, WriteSlot},
     },
+    fleet::{self, TeamEar, TeamMouth},
     link::{LinkError, RobotBus},
     recording::Track,
-    topics::Payload,
+    topics::{Payload, TeamPayload},
 };
 
 /// The topics that a node reads and writes, in the order in which it declares them.
@@ -15,6 +16,8 @@ use crate::{
 pub struct Wiring {
     reads: Vec<Port>,
     writes: Vec<Port>,
+    tells: Vec<TeamPort>,
+    hears: Vec<TeamPort>,
     draws_map: bool,
 }
 
@@ -39,6 +42,26 @@ pub struct Port {
     pub(super) reader: fn(Option<&RobotBus>) -> Result<Box<dyn ReadPort>, LinkError>,
     pub(super) writer: fn(Option<&RobotBus>) -> Result<Box<dyn WritePort>, LinkError>,
     pub(crate) tap: fn(&RobotBus) -> Result<Box<dyn Tap>, LinkError>,
+}
+
+/// One topic that robots tell each other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TeamPort {
+    topic: &'static str,
+    pub(crate) mouth: fn(&RobotBus) -> Result<Box<dyn TeamMouth>, LinkError>,
+    pub(crate) ear: fn(&RobotBus) -> Result<Box<dyn TeamEar>, LinkError>,
+}
+
+impl TeamPort {
+    fn of<P: TeamPayload>() -> Self {
+        Self { topic: P::TOPIC, mouth: fleet::mouth::<P>, ear: fleet::ear::<P> }
+    }
+
+    fn add(self, ports: &mut Vec<Self>) {
+        if ports.iter().all(|other| other.topic != self.topic) {
+            ports.push(self);
+        }
+    }
 }
 
 impl Port {
@@ -73,6 +96,18 @@ impl Wiring {
         self
     }
 
+    /// Declares that the node writes the topic of `P`, and that all robots of the mission are told.
+    pub fn tells<P: TeamPayload>(&mut self) -> &mut Self {
+        TeamPort::of::<P>().add(&mut self.tells);
+        self.writes::<P>()
+    }
+
+    /// Declares that the node reads what all robots of the mission told, its own among them: the topic of [`P::Heard`](TeamPayload::Heard).
+    pub fn hears<P: TeamPayload>(&mut self) -> &mut Self {
+        TeamPort::of::<P>().add(&mut self.hears);
+        self.reads_if_any::<P::Heard>()
+    }
+
     /// Declares that the node records pictures of a grid map. One node of a robot may do so: the map is called `map`.
     pub fn draws_map(&mut self) -> &mut Self {
         self.draws_map = true;
@@ -90,6 +125,22 @@ impl Wiring {
         for port in &other.writes {
             Self::add(&mut self.writes, *port);
         }
+    }
+
+    /// Adds all topics that `other` tells and hears.
+    pub(crate) fn absorb_exchange(&mut self, other: &Wiring) {
+        other.tells.iter().for_each(|port| port.add(&mut self.tells));
+        other.hears.iter().for_each(|port| port.add(&mut self.hears));
+    }
+
+    /// The topics told to other robots.
+    pub(crate) fn told_ports(&self) -> &[TeamPort] {
+        &self.tells
+    }
+
+    /// The topics heard of other robots.
+    pub(crate) fn heard_ports(&self) -> &[TeamPort] {
+        &self.hears
     }
 
     /// True if the node records pictures of a grid map.

@@ -1,12 +1,12 @@
 //! The mission's thread: shares the robots out, steps the crews, keeps time and the recording.
 
-use std::{ops::ControlFlow, time::Duration};
+use std::{ops::ControlFlow, sync::Arc, time::Duration};
 
 use actix::{Actor, ActorFutureExt, Addr, Arbiter, AsyncContext, Context, Handler, Message, WrapFuture};
 use tokio::sync::oneshot;
 
 use super::{
-    Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse,
+    Died, Ended, Environment, FleetControl, FleetError, FleetPlan, FleetReport, Observer, Pulse, Word,
     crew::{Crew, CrewStepped, FinishCrew, Parcel, StepCrew},
     leader::Beat,
     signals::Ear,
@@ -40,6 +40,7 @@ pub(super) async fn conduct(plan: FleetPlan) -> Result<FleetReport, FleetError> 
         crews: Vec::new(),
         waiting: 0,
         parcels: Vec::new(),
+        said: Vec::new(),
         empties: (0..threads).map(|_| Vec::new()).collect(),
         done: 0,
         fleet_size,
@@ -166,6 +167,8 @@ struct Conductor {
     waiting: usize,
     /// What the robots recorded in this step; nothing if there is no recorder.
     parcels: Vec<Parcel>,
+    /// What the robots said in this step.
+    said: Vec<Word>,
     /// Emptied buffers, by crew.
     empties: Vec<Vec<Parcel>>,
     done: usize,
@@ -198,8 +201,10 @@ impl Conductor {
     fn step(&mut self) {
         self.now = self.clock.now();
         (self.waiting, self.done) = (self.crews.len(), 0);
+        self.said.sort_by_key(|word| word.robot);
+        let heard = (!self.said.is_empty()).then(|| Arc::from(std::mem::take(&mut self.said)));
         for (crew, empties) in self.crews.iter().zip(&mut self.empties) {
-            crew.do_send(StepCrew { now: self.now, empties: std::mem::take(empties) });
+            crew.do_send(StepCrew { now: self.now, heard: heard.clone(), empties: std::mem::take(empties) });
         }
     }
 
@@ -318,6 +323,7 @@ impl Handler<CrewStepped> for Conductor {
     fn handle(&mut self, mut stepped: CrewStepped, context: &mut Context<Self>) {
         self.done += stepped.done;
         self.parcels.append(&mut stepped.parcels);
+        self.said.append(&mut stepped.said);
         self.waiting -= 1;
         if self.waiting == 0 {
             self.complete(context);

@@ -1,10 +1,10 @@
 //! The robots of one thread.
 
-use std::{cell::RefCell, rc::Rc};
+use std::{cell::RefCell, rc::Rc, sync::Arc};
 
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, Recipient, ResponseFuture};
 
-use super::Pulse;
+use super::{Pulse, Word};
 use crate::{
     clock::Stopwatch,
     host::HostError,
@@ -20,6 +20,9 @@ pub(super) struct Crew {
     next: usize,
     now: Time,
     done: usize,
+    /// What the robots said in this step, and what all robots said in the last one.
+    said: Vec<Word>,
+    heard: Option<Arc<[Word]>>,
     index: usize,
     /// Buffers that have been to the recorder and back.
     parcel: Vec<Parcel>,
@@ -43,11 +46,12 @@ pub(super) struct Parcel {
     pub entries: Entries,
 }
 
-/// Step all robots. The parcels of an earlier step come back to be filled again.
+/// Step all robots. They hear what was said in the last step; the parcels of an earlier step come back to be filled again.
 #[derive(Message)]
 #[rtype(result = "()")]
 pub(super) struct StepCrew {
     pub now: Time,
+    pub heard: Option<Arc<[Word]>>,
     pub empties: Vec<Parcel>,
 }
 
@@ -56,6 +60,8 @@ pub(super) struct StepCrew {
 #[rtype(result = "()")]
 pub(super) struct CrewStepped {
     pub parcels: Vec<Parcel>,
+    /// What the robots said, in their order.
+    pub said: Vec<Word>,
     /// How many robots have nothing more to do.
     pub done: usize,
 }
@@ -93,7 +99,18 @@ impl Crew {
                     }
                 }
             }
-            Crew { members, conductor, next: 0, now: Time::START, done: 0, index, parcel: Vec::new(), _pulse: pulse }
+            Crew {
+                members,
+                conductor,
+                next: 0,
+                now: Time::START,
+                done: 0,
+                said: Vec::new(),
+                heard: None,
+                index,
+                parcel: Vec::new(),
+                _pulse: pulse,
+            }
         });
         failed.map_or(Ok(crew), Err)
     }
@@ -101,7 +118,7 @@ impl Crew {
     fn go_on(&mut self) {
         if let Some(member) = self.members.get(self.next) {
             self.next += 1;
-            member.robot.do_send(StepRobot { now: self.now });
+            member.robot.do_send(StepRobot { now: self.now, heard: self.heard.clone() });
             return;
         }
         let mut parcels = std::mem::take(&mut self.parcel);
@@ -111,7 +128,8 @@ impl Crew {
             (parcel.crew, parcel.robot) = (self.index, robot);
             track.borrow_mut().swap_entries(&mut parcel.entries);
         }
-        self.conductor.do_send(CrewStepped { parcels, done: self.done });
+        self.heard = None;
+        self.conductor.do_send(CrewStepped { parcels, said: std::mem::take(&mut self.said), done: self.done });
     }
 }
 
@@ -123,7 +141,7 @@ impl Handler<StepCrew> for Crew {
     type Result = ();
 
     fn handle(&mut self, step: StepCrew, _: &mut Context<Self>) {
-        self.parcel = step.empties;
+        (self.parcel, self.heard) = (step.empties, step.heard);
         (self.now, self.next, self.done) = (step.now, 0, 0);
         self.go_on();
     }
@@ -134,6 +152,10 @@ impl Handler<RobotStepped> for Crew {
 
     fn handle(&mut self, stepped: RobotStepped, _: &mut Context<Self>) {
         self.done += usize::from(stepped.done);
+        if let Some(member) = self.next.checked_sub(1).and_then(|last| self.members.get(last)) {
+            let index = member.index;
+            self.said.extend(stepped.said.into_iter().map(|word| word.of(index)));
+        }
         self.go_on();
     }
 }
