@@ -5,30 +5,35 @@
 //!
 //! * [`Compass`], [`Quarter`]: corridors meet at right angles;
 //! * [`TopologicalMap`]: places and corridors;
+//! * [`Team`], [`Sign`]: the others, if several robots of a mission explore, and who of them has the right of way;
 //! * `tour`: what the robot does;
 //! * [`export`]: the map as files.
 //!
 //! Reckoning is by the map and not by the odometry alone: a corridor is straight, so a place lies as far along it as the robot has driven, whatever the wheels
 //! say of its heading.
 
+mod chart;
 mod compass;
 pub mod export;
 mod map;
+mod team;
 mod tour;
 
-use std::{cell::RefCell, rc::Rc};
+use std::{cell::RefCell, rc::Rc, time::Duration};
 
 use orienteer_runtime::{
-    agent::{Agent, Behaviour, BuildError, Finish, Inputs, Outputs, RobotContext, Script, Wiring},
+    agent::{Agent, Behaviour, BuildError, Finish, Inputs, Level, Outputs, RobotContext, Script, Wiring},
     time::Time,
-    topics::{CorridorOrder, CorridorReport, PlaceOrder, PlaceReport, PoseEstimate},
+    topics::{CorridorOrder, CorridorReport, PlaceOrder, PlaceReport, PlacesChange, PoseEstimate, Whereabouts},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::crumbs::Crumbs;
+use chart::Chart;
 pub use compass::{Compass, Quarter};
-pub use map::{Arm, Corridor, Place, Route, TopologicalMap};
+pub use map::{Arm, Change, Corridor, Exit, Place, Route, TopologicalMap};
+pub use team::{Sign, Team};
 use tour::Tour;
 
 /// Parameters of the geographer.
@@ -59,37 +64,67 @@ impl Default for GeographerConfig {
 pub struct Geographer {
     config: GeographerConfig,
     script: Script,
-    map: Rc<RefCell<TopologicalMap>>,
+    chart: Rc<RefCell<Chart>>,
     /// When nothing was left to explore.
     done: Option<Time>,
+    /// When its first step was.
+    began: Option<Time>,
+    period: Duration,
 }
 
 impl Behaviour for Geographer {
     fn step(&mut self, now: Time, inputs: &Inputs, out: &mut Outputs) {
-        if self.script.step(now, inputs, out).is_some() {
-            let map = self.map.borrow();
+        if self.began.is_none() {
+            self.begin(now, out);
+        }
+        self.chart.borrow_mut().hear(now, inputs);
+        if !self.chart.borrow().stands_by() && self.script.step(now, inputs, out).is_some() {
+            let map = &self.chart.borrow().map;
             out.announce(format!("all is explored: {} places, {} corridors", map.places().len(), map.corridors().count()));
             self.done = Some(now);
         }
-        if self.done.is_some() && self.config.finish {
+        if self.is_through() && self.config.finish {
             out.end_mission();
+        }
+        if let Some(whereabouts) = self.chart.borrow_mut().whereabouts(now) {
+            out.publish(whereabouts);
         }
     }
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
-        let map = self.map.borrow();
+        let map = &self.chart.borrow().map;
         last_words.fact("places_found", map.places().len() as f64);
         last_words.fact("corridors_found", map.corridors().count() as f64);
+        last_words.fact("places_named", f64::from(self.chart.borrow().named));
         last_words.fact("ways_left", map.unexplored() as f64);
         if let Some(done) = self.done {
             last_words.fact("explored_s", done.as_secs_f64());
         }
-        export::lines(&map).into_iter().for_each(|line| last_words.note(line));
-        match export::json(&map) {
+        if self.chart.borrow().team.speaks_for_all() {
+            export::lines(map).into_iter().for_each(|line| last_words.note(line));
+        }
+        match export::json(map) {
             Ok(json) => last_words.file("places.json", json.into_bytes()),
             Err(error) => last_words.failure(format!("the map of places can't be written: {error}")),
         }
-        last_words.file("places.dot", export::dot(&map).into_bytes());
+        last_words.file("places.dot", export::dot(map).into_bytes());
+    }
+}
+
+impl Geographer {
+    /// Whoever was built anew has not heard what the others have found, so places have other numbers for it. It stands by and lets them go on.
+    fn begin(&mut self, now: Time, out: &mut Outputs) {
+        self.began = Some(now);
+        let mut chart = self.chart.borrow_mut();
+        if chart.has_mates() && now.since(Time::START) > 3 * self.period {
+            chart.stand_by();
+            out.log(Level::WARN, "does not know what the others have found before; stands by while they explore");
+        }
+    }
+
+    fn is_through(&self) -> bool {
+        let chart = self.chart.borrow();
+        if chart.stands_by() { chart.team.is_through() } else { self.done.is_some() }
     }
 }
 
@@ -102,6 +137,8 @@ impl Agent for Geographer {
     fn topics(wiring: &mut Wiring) {
         wiring.reads::<PoseEstimate>().reads::<CorridorReport>().reads::<PlaceReport>();
         wiring.writes::<CorridorOrder>().writes::<PlaceOrder>();
+        wiring.tells::<PlacesChange>().hears::<PlacesChange>();
+        wiring.tells::<Whereabouts>().hears::<Whereabouts>();
     }
 
     fn build(config: Self::Config, robot: &RobotContext) -> Result<Self, BuildError> {
@@ -110,13 +147,14 @@ impl Agent for Geographer {
         }
         let mut wiring = Wiring::default();
         Self::topics(&mut wiring);
-        let map = Rc::new(RefCell::new(TopologicalMap::default()));
-        let (ring, shared) = (robot.ring.clone(), map.clone());
+        let chart = Rc::new(RefCell::new(Chart::new(robot.number(), robot.team.len())));
+        let (ring, shared) = (robot.ring.clone(), chart.clone());
         let script = Script::new(&wiring, move |pilot| {
             // Who was built anew must not give an order that was carried out before.
             let orders = (pilot.now().as_nanos() / 1_000_000) as u32;
-            Tour { pilot, config, ring, map: shared, crumbs: Crumbs::default(), orders, fix: None, strange: 0 }.run()
+            let crumbs = Crumbs::default();
+            Tour { pilot, config, ring, chart: shared, crumbs, orders, strange: 0, has_made_way: false }.run()
         });
-        Ok(Self { config, script, map, done: None })
+        Ok(Self { config, script, chart, done: None, began: None, period: robot.period })
     }
 }

@@ -1,7 +1,7 @@
 //! Exploring floors: does a robot find every place and every corridor, and nothing else?
 //!
 //! Floors have 10 to 40 places, dead ends and doorways among them, and corridors of Randazza's width (1989). The robot starts in the
-//! middle of a corridor and knows nothing.
+//! middle of a corridor and knows nothing; several robots start in corridors far from each other.
 
 use std::collections::BTreeSet;
 
@@ -16,11 +16,14 @@ use crate::{
         people::People,
     },
     mission::{self, Recording, RunOptions},
-    runtime::{geometry::angle, random::Streams},
+    runtime::{geometry::angle, random::Streams, robot::RobotReport},
 };
 
-pub(super) const SUITE: Suite =
-    Suite { name: "geographer", help: "explores floors of 10 to 40 places, without people and with them", run };
+pub(super) const SUITE: Suite = Suite {
+    name: "geographer",
+    help: "explores floors of 10 to 40 places: one robot, three robots, one robot among people",
+    run,
+};
 
 /// Seeds from here on were not looked at while the geographer was made.
 const FIRST_SEED: u64 = 4001;
@@ -47,21 +50,35 @@ struct Explored {
     took: f64,
     /// How far places are off, m, sum.
     off: f64,
+    /// Robots whose map is not that of the first.
+    other_maps: usize,
 }
 
 fn run(effort: &Effort) -> Result<Vec<Row>, SuiteError> {
     let floors = effort.seeds(30);
-    let alone = explored(effort, "floors", floors, 0)?;
-    let among_people = explored(effort, "floors with people", floors, 3)?;
+    let alone = explored(effort, "floors", floors, Party { robots: 1, people: 0 })?;
+    let three = explored(effort, "floors, three robots", floors, Party { robots: 3, people: 0 })?;
+    let among_people = explored(effort, "floors with people", floors, Party { robots: 1, people: 3 })?;
+    let share = |of: &[Explored]| 100.0 * mean(of, |floor| floor.took) / mean(&alone, |floor| floor.took);
     let mut rows = rows_of("one robot", &alone);
+    rows.extend(rows_of("three robots", &three));
+    let other_maps = three.iter().map(|floor| floor.other_maps).sum::<usize>();
+    rows.push(Row::exactly("three robots: robots with another map than the first", 0.0, other_maps as f64, ""));
+    rows.push(Row::at_most("three robots: time, as a share of one robot's", 45.0, share(&three), "%"));
     rows.extend(rows_of("one robot, three people", &among_people));
-    let slower = mean(&among_people, |floor| floor.took) / mean(&alone, |floor| floor.took);
-    rows.push(Row::information("time with three people, as a share of that without", 100.0 * slower, "%"));
+    rows.push(Row::information("one robot, three people: time, as a share of that without", share(&among_people), "%"));
     Ok(rows)
 }
 
-fn explored(effort: &Effort, what: &str, floors: u64, people: u32) -> Result<Vec<Explored>, SuiteError> {
-    in_parallel(effort, what, floors, |number| explore(FIRST_SEED + number, people))
+/// Who is on a floor.
+#[derive(Debug, Clone, Copy)]
+struct Party {
+    robots: usize,
+    people: u32,
+}
+
+fn explored(effort: &Effort, what: &str, floors: u64, party: Party) -> Result<Vec<Explored>, SuiteError> {
+    in_parallel(effort, what, floors, |number| explore(FIRST_SEED + number, party))
 }
 
 fn rows_of(name: &str, floors: &[Explored]) -> Vec<Row> {
@@ -92,29 +109,38 @@ fn mean(floors: &[Explored], figure: impl Fn(&Explored) -> f64) -> f64 {
 }
 
 /// Explores one floor.
-fn explore(seed: u64, people: u32) -> Result<Explored, SuiteError> {
-    let spec = FloorSpec { places: Some(10 + (seed % 31) as u32), people, ..FloorSpec::default() };
+fn explore(seed: u64, party: Party) -> Result<Explored, SuiteError> {
+    let spec = FloorSpec { places: Some(10 + (seed % 31) as u32), people: party.people, ..FloorSpec::default() };
     let floor = Floor::generate(seed, &spec).map_err(SuiteError::from_display)?;
-    let files = [("tour.toml".to_owned(), mission(&floor, seed)), ("floor.toml".to_owned(), floor.text())];
+    let files = [("tour.toml".to_owned(), mission(&floor, seed, party.robots)), ("floor.toml".to_owned(), floor.text())];
     let files = files.map(|(name, text)| (name, text.into_bytes()));
     let registry = Registry::standard();
     let loaded = mission::load_files(files, "tour.toml", &registry).map_err(SuiteError::from_display)?;
     let options = RunOptions { threads: Some(1), record: Recording::Off, ..RunOptions::default() };
     let outcome = mission::run(loaded, &registry, options).map_err(SuiteError::from_display)?;
-    let robot = outcome.robots.first().ok_or_else(|| SuiteError("the mission had no robot".into()))?;
-    let file = robot.nodes.iter().flat_map(|node| &node.finish.files).find(|file| file.name == "places.json");
-    let file = file.ok_or_else(|| SuiteError("the geographer left no map".into()))?;
-    let map: PlacesFile = serde_json::from_slice(&file.bytes).map_err(SuiteError::from_display)?;
-    let mut explored = compare(&map, &floor.truth);
-    explored.collisions = robot.fact("collisions").unwrap_or_default() as u32;
-    explored.ended = robot.fact("explored_s").is_some();
-    explored.took = robot.fact("explored_s").unwrap_or(LONGEST);
-    tracing::debug!(seed, people, ?explored, "floor explored");
+    let maps = outcome.robots.iter().map(map_of).collect::<Result<Vec<_>, _>>()?;
+    let map = maps.first().ok_or_else(|| SuiteError("the mission had no robot".into()))?;
+    let ended: Vec<Option<f64>> = outcome.robots.iter().map(|robot| robot.fact("explored_s")).collect();
+    let explored = Explored {
+        collisions: outcome.robots.iter().map(|robot| robot.fact("collisions").unwrap_or_default() as u32).sum(),
+        ended: ended.iter().all(Option::is_some),
+        took: ended.iter().map(|at| at.unwrap_or(LONGEST)).fold(0.0, f64::max),
+        other_maps: maps.iter().filter(|other| *other != map).count(),
+        ..compare(map, &floor.truth)
+    };
+    tracing::debug!(seed, ?party, ?explored, "floor explored");
     Ok(explored)
 }
 
-/// A robot in the middle of the floor's first corridor in which nobody is when it begins.
-fn mission(floor: &Floor, seed: u64) -> String {
+/// The map that a robot's geographer has left.
+fn map_of(robot: &RobotReport) -> Result<PlacesFile, SuiteError> {
+    let file = robot.nodes.iter().flat_map(|node| &node.finish.files).find(|file| file.name == "places.json");
+    let file = file.ok_or_else(|| SuiteError("the geographer left no map".into()))?;
+    serde_json::from_slice(&file.bytes).map_err(SuiteError::from_display)
+}
+
+/// Robots in the middle of corridors in which nobody is when they begin: of those as many, and as far apart in the floor's list, as there are robots.
+fn mission(floor: &Floor, seed: u64, robots: usize) -> String {
     let middle = |corridor: &Corridor| {
         let at = |end: &str| floor.truth.place(end).map(Place::point);
         let (from, to) = (at(&corridor.from.place)?, at(&corridor.to.place)?);
@@ -122,20 +148,17 @@ fn mission(floor: &Floor, seed: u64) -> String {
     };
     let people = People::new(&floor.plan.person, &Streams::new(seed));
     let is_free = |at: &Point2<f64>| people.bodies().iter().all(|body| (body.disc.center - at).norm() > ROOM);
-    let start = floor.truth.corridors.iter().filter_map(middle).find(|(at, _)| is_free(at));
-    let (at, heading) = start.unwrap_or((Point2::origin(), 0.0));
+    let starts: Vec<_> = floor.truth.corridors.iter().filter_map(middle).filter(|(at, _)| is_free(at)).collect();
+    let start = |number: usize| starts.get(number * starts.len() / robots).copied().unwrap_or((Point2::origin(), 0.0));
+    let head = format!("[mission]\nduration = {LONGEST}\nseed = {seed}\nlinks = \"direct\"\n\n[world]\nfile = \"floor.toml\"\n");
+    (0..robots).fold(head, |text, number| text + &robot(number, start(number)))
+}
+
+fn robot(number: usize, (at, heading): (Point2<f64>, f64)) -> String {
     format!(
         r#"
-[mission]
-duration = {LONGEST}
-seed = {seed}
-links = "direct"
-
-[world]
-file = "floor.toml"
-
 [[robot]]
-name = "huey"
+name = "huey-{number}"
 base = {{ driver = "sim", platform = "b12-huey" }}
 sonar = {{ driver = "sim", ring = "denning-16" }}
 start = {{ x = {:?}, y = {:?}, heading_deg = {heading:?} }}

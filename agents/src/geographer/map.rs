@@ -3,12 +3,16 @@
 //! A place has an arm in each of four directions. An arm is closed, or a corridor that leads somewhere, or one that nobody has gone yet. A place is recognised by where it
 //! is, within what the robot's reckoning may be off, and by the arm that it is entered by.
 
+mod change;
+
 use nalgebra::{Matrix2, Point2, Vector2};
 use petgraph::{
     algo::astar,
-    graph::{EdgeIndex, NodeIndex, UnGraph},
-    visit::EdgeRef,
+    graph::{EdgeIndex, EdgeReference, NodeIndex, UnGraph},
+    visit::{EdgeFiltered, EdgeRef},
 };
+
+pub use change::Change;
 
 use super::compass::{Compass, Quarter};
 
@@ -48,19 +52,22 @@ pub struct Place {
     pub visits: u32,
 }
 
+/// A way out of a place: the place, and the arm.
+pub type Exit = (NodeIndex, Quarter);
+
 /// A corridor between two places.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corridor {
     /// From the middle of one place to that of the other, m.
     pub length: f64,
     /// The place that it was gone from first, and the arm.
-    pub from: (NodeIndex, Quarter),
+    pub from: Exit,
     /// The place that it leads to, and the arm.
-    pub to: (NodeIndex, Quarter),
+    pub to: Exit,
 }
 
 /// Legs of a way: the places to leave, each with the arm to leave by.
-pub type Route = Vec<(NodeIndex, Quarter)>;
+pub type Route = Vec<Exit>;
 
 /// Places and corridors.
 #[derive(Debug, Clone, Default)]
@@ -172,7 +179,7 @@ impl TopologicalMap {
     }
 
     /// A corridor was gone from one place to another. One that is known already gets a better length.
-    pub fn join(&mut self, from: (NodeIndex, Quarter), to: (NodeIndex, Quarter), length: f64) {
+    pub fn join(&mut self, from: Exit, to: Exit, length: f64) {
         if let Some(Arm::Leads(known)) = self.graph.node_weight(from.0).map(|place| place.arms[from.1.index()])
             && let Some(corridor) = self.graph.edge_weight_mut(known)
             && (corridor.from.0 == to.0 || corridor.to.0 == to.0)
@@ -187,7 +194,7 @@ impl TopologicalMap {
 
     /// The corridor behind an arm: its length, and the place and arm at its other end.
     #[must_use]
-    pub fn corridor(&self, from: NodeIndex, arm: Quarter) -> Option<(f64, (NodeIndex, Quarter))> {
+    pub fn corridor(&self, (from, arm): Exit) -> Option<(f64, Exit)> {
         let Arm::Leads(edge) = self.graph.node_weight(from)?.arms[arm.index()] else { return None };
         let corridor = self.graph.edge_weight(edge)?;
         let other = if corridor.from == (from, arm) { corridor.to } else { corridor.from };
@@ -196,33 +203,43 @@ impl TopologicalMap {
 
     /// The shortest way from a place to an arm that nobody has gone yet; the last leg is that arm. A robot that stands there facing in a direction goes
     /// straight on rather than right, right rather than left, and back last. When none is left, those that could not be gone are tried again.
+    ///
+    /// Others may keep the robot from arms and corridors: only those that are `free` and `passable` are gone.
     #[must_use]
-    pub fn nearest_unexplored(&self, from: NodeIndex, facing: Quarter) -> Option<Route> {
-        let unexplored = |arm: Arm| arm == Arm::Unexplored;
-        let tried = |arm: Arm| matches!(arm, Arm::GivenUp(times) if times < PERSISTENCE);
-        self.nearest(from, facing, unexplored).or_else(|| self.nearest(from, facing, tried))
-    }
-
-    fn nearest(&self, from: NodeIndex, facing: Quarter, wanted: impl Fn(Arm) -> bool) -> Option<Route> {
-        let goals = self.places().flat_map(|(node, place)| {
-            let open = Quarter::ALL.into_iter().filter(|arm| wanted(place.arms[arm.index()])).collect::<Vec<_>>();
-            open.into_iter().map(move |arm| (node, arm))
-        });
-        let way = |(goal, arm): (NodeIndex, Quarter)| {
-            let length = |edge: petgraph::graph::EdgeReference<'_, Corridor>| edge.weight().length;
-            let (distance, nodes) = astar(&self.graph, from, |node| node == goal, length, |_| 0.0)?;
+    pub fn nearest_unexplored(
+        &self,
+        from: NodeIndex,
+        facing: Quarter,
+        free: impl Fn(Exit) -> bool,
+        passable: impl Fn(&Corridor) -> bool,
+    ) -> Option<Route> {
+        let graph = EdgeFiltered::from_fn(&self.graph, |edge: EdgeReference<'_, Corridor>| passable(edge.weight()));
+        let way = |(goal, arm): Exit| {
+            let (distance, nodes) = astar(&graph, from, |node| node == goal, |edge| edge.weight().length, |_| 0.0)?;
             let bias = if goal == from { turning(facing, arm) } else { 0.0 };
             Some((distance + bias, nodes, (goal, arm)))
         };
-        let best = goals.filter_map(way).min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (_, nodes, last) = best;
+        let nearest = |wanted: fn(Arm) -> bool| {
+            let ways = self.arms(wanted).filter(|exit| free(*exit)).filter_map(way);
+            ways.min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let unexplored = nearest(|arm| arm == Arm::Unexplored);
+        let (_, nodes, last) = unexplored.or_else(|| nearest(|arm| matches!(arm, Arm::GivenUp(times) if times < PERSISTENCE)))?;
         let mut route: Route = nodes.windows(2).filter_map(|two| self.leg(two[0], two[1])).collect();
         route.push(last);
         Some(route)
     }
 
+    fn arms(&self, wanted: fn(Arm) -> bool) -> impl Iterator<Item = Exit> {
+        let of = move |(node, place): (NodeIndex, &Place)| {
+            let arms = place.arms;
+            Quarter::ALL.into_iter().filter(move |arm| wanted(arms[arm.index()])).map(move |arm| (node, arm))
+        };
+        self.places().flat_map(of)
+    }
+
     /// By which arm to leave a place for its neighbour: the shortest corridor, if there are several.
-    fn leg(&self, from: NodeIndex, to: NodeIndex) -> Option<(NodeIndex, Quarter)> {
+    fn leg(&self, from: NodeIndex, to: NodeIndex) -> Option<Exit> {
         let corridors = self.graph.edges_connecting(from, to).map(|edge| *edge.weight());
         let shortest = corridors.min_by(|a, b| a.length.total_cmp(&b.length))?;
         Some(if shortest.from.0 == from { shortest.from } else { shortest.to })
@@ -296,6 +313,19 @@ mod tests {
         (map, a, b)
     }
 
+    /// The nearest arm, with nobody in the way.
+    fn nearest(map: &TopologicalMap, from: NodeIndex, facing: Quarter) -> Option<Route> {
+        map.nearest_unexplored(from, facing, |_| true, |_| true)
+    }
+
+    #[test]
+    fn who_is_kept_from_an_arm_or_a_corridor_goes_elsewhere() {
+        let (map, a, b) = line();
+        let [ahead, left, _, right] = Quarter::ALL;
+        assert_eq!(map.nearest_unexplored(b, ahead, |exit| exit != (b, right), |_| true), Some(vec![(b, left)]));
+        assert_eq!(map.nearest_unexplored(a, ahead, |_| true, |_| false), None);
+    }
+
     #[test]
     fn names_go_on_after_z() {
         assert_eq!([0, 25, 26, 51, 52, 701, 702].map(name), ["A", "Z", "AA", "AZ", "BA", "ZZ", "AAA"]);
@@ -306,9 +336,9 @@ mod tests {
         let (map, a, b) = line();
         assert_eq!(map.unexplored(), 2);
         let [_, left, _, right] = Quarter::ALL;
-        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, right)]));
-        assert_eq!(map.nearest_unexplored(b, left), Some(vec![(b, left)]));
-        assert_eq!(map.nearest_unexplored(a, Quarter::ALL[0]).unwrap()[0], (a, Quarter::ALL[0]));
+        assert_eq!(nearest(&map, b, Quarter::ALL[0]), Some(vec![(b, right)]));
+        assert_eq!(nearest(&map, b, left), Some(vec![(b, left)]));
+        assert_eq!(nearest(&map, a, Quarter::ALL[0]).unwrap()[0], (a, Quarter::ALL[0]));
     }
 
     #[test]
@@ -339,9 +369,9 @@ mod tests {
         let (mut map, _, b) = line();
         let [_, left, _, right] = Quarter::ALL;
         map.give_up(b, right);
-        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, left)]));
+        assert_eq!(nearest(&map, b, Quarter::ALL[0]), Some(vec![(b, left)]));
         (0..PERSISTENCE).for_each(|_| map.give_up(b, left));
-        assert_eq!(map.nearest_unexplored(b, Quarter::ALL[0]), Some(vec![(b, right)]));
+        assert_eq!(nearest(&map, b, Quarter::ALL[0]), Some(vec![(b, right)]));
     }
 
     #[test]
@@ -350,6 +380,6 @@ mod tests {
         for quarter in [1, 3] {
             map.set_arm(b, Quarter::ALL[quarter], Arm::GivenUp(PERSISTENCE));
         }
-        assert_eq!((map.unexplored(), map.nearest_unexplored(b, Quarter::ALL[0])), (0, None));
+        assert_eq!((map.unexplored(), nearest(&map, b, Quarter::ALL[0])), (0, None));
     }
 }

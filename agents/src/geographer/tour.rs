@@ -4,6 +4,7 @@ mod following;
 mod leaving;
 mod naming;
 mod reckoning;
+mod traffic;
 
 use std::{cell::RefCell, f64::consts::PI, rc::Rc, sync::Arc, time::Duration};
 
@@ -17,28 +18,29 @@ use petgraph::graph::NodeIndex;
 
 use super::{
     GeographerConfig,
+    chart::Chart,
     compass::Quarter,
-    map::{Place, TopologicalMap},
+    map::{Change, Place},
 };
 use crate::{crumbs::Crumbs, places::Reckoning};
 use leaving::SetOut;
 use naming::Named;
-use reckoning::{Fix, Reached, Which};
+use reckoning::{Reached, Which};
 
 /// A robot on its tour.
 pub(super) struct Tour {
     pub pilot: Pilot,
     pub config: GeographerConfig,
     pub ring: Arc<Ring>,
-    pub map: Rc<RefCell<TopologicalMap>>,
+    pub chart: Rc<RefCell<Chart>>,
     /// Where it has been since it left the last place.
     pub crumbs: Crumbs,
     /// Orders to follower and classifier are numbered on.
     pub orders: u32,
-    /// Where it last stood at a place that it knows.
-    pub fix: Option<Fix>,
     /// How many ends of corridors it has come to since that were none that it should know.
     pub strange: u32,
+    /// It has come to where it is to let somebody pass.
+    pub has_made_way: bool,
 }
 
 /// The robot stands at the start pose of a place.
@@ -109,6 +111,7 @@ impl Tour {
                 SetOut::On(left) => Some(left),
                 SetOut::Done => return Ok(()),
                 SetOut::Astray => {
+                    self.chart.borrow_mut().go_astray();
                     self.look_along_the_nearest_direction().await;
                     None
                 }
@@ -118,8 +121,8 @@ impl Tour {
 
     /// Who does not know what corridor it is in still knows how corridors lie.
     async fn look_along_the_nearest_direction(&mut self) {
-        let compass = self.map.borrow().known_compass();
-        let (Some(fix), Some(compass)) = (self.fix, compass) else { return };
+        let (fix, compass) = (self.chart.borrow().fix, self.chart.borrow().map.known_compass());
+        let (Some(fix), Some(compass)) = (fix, compass) else { return };
         let heading = fix.in_map(self.here()).heading;
         let off = angle::turn(heading, compass.heading(compass.nearest(heading)));
         let to = angle::wrap(self.here().heading + off);
@@ -130,6 +133,9 @@ impl Tour {
     async fn stretch(&mut self, departure: Option<&Departure>) -> Result<Arrived, Aborted> {
         let from = departure.map_or_else(|| self.here(), |departure| departure.from);
         let Some(mut report) = self.follow(from).await? else { return Ok(Arrived::Lost) };
+        if self.chart.borrow().map.known_compass().is_none() {
+            self.commit(Change::Compass(report.pose.heading)).await;
+        }
         for _ in 0..LOOKS {
             if report.overrides == 0 {
                 break;
@@ -153,25 +159,35 @@ impl Tour {
         let mut standing = Standing { place: NodeIndex::end(), facing, start, reckoning, middle };
         if let Some(known) = known {
             standing.place = known;
-            let mut map = self.map.borrow_mut();
             if short == 0.0 {
-                map.seen_again(known, at, &covariance);
+                self.commit(Change::SeenAgain { place: known, at, covariance }).await;
             }
-            let name = map.place(known).map(|place| place.name.clone()).unwrap_or_default();
-            drop(map);
+            let name = self.chart.borrow().map.place(known).map(|place| place.name.clone()).unwrap_or_default();
             self.pilot.announce(format!("at {name} again"));
         } else {
+            self.chart.borrow_mut().arrive_at_new(at);
             let place = match self.name_at_last(&mut standing, report).await {
                 Named::Place(place) => place,
                 Named::Nothing => return Ok(Arrived::Nowhere),
                 Named::Astray => return Ok(Arrived::Astray),
             };
-            standing.place = self.map.borrow_mut().add(Place { at, covariance, ..place });
+            let Some(place) = self.commit(Change::Found(Place { at, covariance, ..place })).await else {
+                return Ok(Arrived::Astray);
+            };
+            standing.place = place;
+            self.chart.borrow_mut().named += 1;
         }
         if let (Some(departure), Some(length)) = (departure, length.filter(|_| short == 0.0)) {
-            self.map.borrow_mut().join((departure.place, departure.arm), (standing.place, facing.back()), length);
+            let (from, to) = ((departure.place, departure.arm), (standing.place, facing.back()));
+            self.commit(Change::Joined { from, to, length }).await;
         }
-        (self.fix, self.strange) = (self.fix_at(&standing), 0);
+        let fix = self.fix_at(&standing);
+        self.strange = 0;
+        {
+            let mut chart = self.chart.borrow_mut();
+            chart.fix = fix;
+            chart.arrive_at(standing.place);
+        }
         self.tell(standing.place);
         Ok(Arrived::At(standing))
     }
@@ -181,9 +197,22 @@ impl Tour {
         self.pilot.latest::<PoseEstimate>().map_or_else(Pose::default, |estimate| estimate.pose)
     }
 
+    /// Tells the team of a change, and waits until it is in the map, which is the same for all. Answers with the place that it is about.
+    async fn commit(&mut self, change: Change) -> Option<NodeIndex> {
+        let told = self.chart.borrow_mut().tell(&change, self.pilot.now());
+        self.pilot.publish(told);
+        loop {
+            // Nobody can take the base from who does not have it; whatever ends the wait, it goes on in the next step.
+            self.pilot.next_step().await.ok();
+            if let Some(place) = self.chart.borrow().is_up_to_date() {
+                return place;
+            }
+        }
+    }
+
     /// Says what is known now.
     fn tell(&self, place: NodeIndex) {
-        let map = self.map.borrow();
+        let map = &self.chart.borrow().map;
         let Some(at) = map.place(place).filter(|place| place.visits == 1) else { return };
         let (places, corridors, open) = (map.places().len(), map.corridors().count(), map.unexplored());
         let counts = format!("places {places}, corridors {corridors}, ways to go {open}");

@@ -28,7 +28,7 @@ impl Tour {
         // How far it followed the corridor to where it is now, m.
         let mut came = 0.0;
         loop {
-            let mut report = self.order_follower().await?;
+            let Some(mut report) = self.order_follower().await? else { return Ok(None) };
             let disturbed = report.overrides > 0;
             overrides += report.overrides;
             report.overrides = overrides;
@@ -82,17 +82,25 @@ impl Tour {
         self.go_back(Pose::new(at.x, at.y, from.heading)).await
     }
 
-    /// The order is repeated in every step: a follower that was built anew has heard none.
-    async fn order_follower(&mut self) -> Result<CorridorReport, Aborted> {
+    /// The order is repeated in every step: a follower that was built anew has heard none. Nobody comes too near to another robot meanwhile; `None` if the robot has to
+    /// turn back for one.
+    async fn order_follower(&mut self) -> Result<Option<CorridorReport>, Aborted> {
         self.pilot.release();
         self.orders += 1;
-        let order = self.orders;
         loop {
+            let order = self.orders;
             self.pilot.publish(CorridorOrder { stamp: self.pilot.now(), order });
             self.pilot.next_step().await?;
             self.crumbs.drop(self.here());
             if let Some(report) = self.pilot.latest::<CorridorReport>().filter(|report| report.order == order) {
-                return Ok(report);
+                return Ok(Some(report));
+            }
+            if self.ahead().is_some() {
+                self.pilot.publish(CorridorOrder { stamp: self.pilot.now(), order: 0 });
+                if !self.wait_for_those_ahead().await {
+                    return Ok(None);
+                }
+                self.orders += 1;
             }
         }
     }

@@ -9,7 +9,10 @@ use orienteer_runtime::{
 };
 
 use super::{Departure, GIVE_WAY, LOOKS, Standing, Tour};
-use crate::{crumbs::Crumbs, geographer::compass::Quarter};
+use crate::{
+    crumbs::Crumbs,
+    geographer::{compass::Quarter, map::Change},
+};
 
 /// How a robot has left a place.
 pub(super) enum SetOut {
@@ -24,8 +27,7 @@ impl Tour {
     /// Leaves a place on the way to the nearest arm that nobody has gone.
     pub(super) async fn set_out(&mut self, standing: Standing) -> SetOut {
         loop {
-            let route = self.map.borrow().nearest_unexplored(standing.place, standing.facing);
-            let Some((_, arm)) = route.and_then(|route| route.first().copied()) else { return SetOut::Done };
+            let Some(arm) = self.choose(&standing).await else { return SetOut::Done };
             self.crumbs = Crumbs::default();
             self.crumbs.drop(standing.start);
             if self.leave(&standing, arm).await {
@@ -38,7 +40,8 @@ impl Tour {
             if !self.go_back(standing.start).await {
                 return SetOut::Astray;
             }
-            if self.map.borrow().corridor(standing.place, arm).is_some() {
+            let is_known = self.chart.borrow().map.corridor((standing.place, arm)).is_some();
+            if is_known {
                 // That way is known to be one: the follower makes the best of wherever the robot stands.
                 return SetOut::On(Departure {
                     place: standing.place,
@@ -48,7 +51,8 @@ impl Tour {
                     stood: standing,
                 });
             }
-            self.map.borrow_mut().give_up(standing.place, arm);
+            self.let_go();
+            self.commit(Change::GivenUp((standing.place, arm))).await;
         }
     }
 
@@ -102,7 +106,8 @@ impl Tour {
     /// Notes that an arm leads nowhere, and goes back to where the robot stood before it took it; false if it can't.
     pub(super) async fn give_up(&mut self, lost: &Departure) -> bool {
         self.pilot.say("this leads nowhere; goes back");
-        self.map.borrow_mut().give_up(lost.place, lost.arm);
+        self.commit(Change::GivenUp((lost.place, lost.arm))).await;
+        self.regain(&lost.stood).await;
         self.go_back(lost.stood.start).await
     }
 

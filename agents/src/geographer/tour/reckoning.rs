@@ -5,7 +5,7 @@ use orienteer_runtime::{geometry::Pose, topics::CorridorReport};
 use petgraph::graph::NodeIndex;
 
 use super::{Departure, Standing, Tour};
-use crate::geographer::{compass::Quarter, map::Arm};
+use crate::geographer::{chart::Fix, compass::Quarter, map::Arm};
 
 /// A place that stops the follower this far from where it should be is another one, m.
 pub(super) const ELSEWHERE: f64 = 1.0;
@@ -24,22 +24,6 @@ const ASTRAY: f64 = 0.1;
 const FIRST: f64 = 0.05;
 /// Ends of a corridor.
 const BOTH: u32 = 2;
-
-/// Where the robot stood at a place: one pose, in the frame of the map and in that of the odometry.
-///
-/// From place to place the odometry is good enough to tell in which of the four directions the robot faces and about where it is, whatever it
-/// had to do on the way to let somebody pass.
-#[derive(Debug, Clone, Copy)]
-pub struct Fix {
-    map: Pose,
-    odometry: Pose,
-}
-
-impl Fix {
-    pub fn in_map(&self, odometry: Pose) -> Pose {
-        self.map.then(self.odometry.between(odometry))
-    }
-}
 
 /// Where a stretch has led, by reckoning.
 #[derive(Debug, Clone, Copy)]
@@ -69,13 +53,14 @@ impl Tour {
     /// Where the robot has come to; `None` if that can't be said.
     pub(super) fn reached(&self, departure: Option<&Departure>, report: &CorridorReport, middle: f64) -> Option<Reached> {
         let ahead = Pose::new(middle, 0.0, 0.0);
-        let Some(fix) = self.fix else {
-            let facing = self.map.borrow_mut().compass(report.pose.heading).nearest(report.pose.heading);
+        let chart = self.chart.borrow();
+        let (map, compass) = (&chart.map, chart.map.known_compass()?);
+        let Some(fix) = chart.fix else {
+            let facing = compass.nearest(report.pose.heading);
             let at = report.pose.then(ahead).point();
             return Some(Reached { at, covariance: Matrix2::identity() * FIRST * FIRST, facing, length: None });
         };
-        let map = self.map.borrow();
-        let (compass, pose) = (map.known_compass()?, fix.in_map(report.pose));
+        let pose = fix.in_map(report.pose);
         let facing = compass.nearest(pose.heading);
         let straight = |departure: &&Departure| facing == departure.arm && is_on_line(departure.from, report.pose);
         if let Some(departure) = departure.filter(straight) {
@@ -90,7 +75,7 @@ impl Tour {
 
     /// What is known of where the robot is when it stands at the start pose of a place.
     pub(super) fn fix_at(&self, standing: &Standing) -> Option<Fix> {
-        let map = self.map.borrow();
+        let map = &self.chart.borrow().map;
         let (at, heading) = (map.place(standing.place)?.at, map.known_compass()?.heading(standing.facing));
         let middle = Pose::new(at.x, at.y, heading);
         Some(Fix { map: middle.then(Pose::new(-standing.middle, 0.0, 0.0)), odometry: standing.start })
@@ -98,7 +83,8 @@ impl Tour {
 
     /// Which place is there.
     pub(super) fn which_place(&self, departure: Option<&Departure>, reached: &Reached) -> Which {
-        let map = self.map.borrow();
+        let chart = self.chart.borrow();
+        let map = &chart.map;
         let Reached { at, covariance, facing, length } = reached;
         let recognised = || map.recognise(*at, covariance);
         let (Some(length), Some(departure)) = (length, departure) else {
@@ -109,11 +95,11 @@ impl Tour {
                     if is_closed && self.strange < BOTH { Which::Lost } else { Which::Known(known, 0.0) }
                 }
                 // If neither end is known, the corridor is a new one.
-                None if self.fix.is_some() && self.strange < BOTH => Which::Lost,
+                None if chart.fix.is_some() && self.strange < BOTH => Which::Lost,
                 None => Which::New,
             };
         };
-        let known = match map.corridor(departure.place, departure.arm) {
+        let known = match map.corridor((departure.place, departure.arm)) {
             Some((usual, (place, _))) if (length - usual).abs() < ELSEWHERE => {
                 // The corner that the follower has found is nearer to the truth, unless it was none.
                 let short = usual - length;

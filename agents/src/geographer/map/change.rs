@@ -1,0 +1,209 @@
+//! Changes of the map: what robots of a team tell each other, so that all of them have the same map.
+//!
+//! Each robot applies all changes, its own among them, in the order in which it hears them, and that order is the same for all. So a place has the same number and name
+//! for everyone.
+
+use nalgebra::{Matrix2, Point2};
+use orienteer_runtime::{
+    time::Time,
+    topics::{Label, PlacesChange},
+};
+use petgraph::graph::NodeIndex;
+
+use super::{Arm, Exit, Place, TopologicalMap};
+use crate::geographer::compass::Quarter;
+
+/// A change of the map.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// The floor's first direction, rad. Only the first one that is said counts.
+    Compass(f64),
+    /// A place nobody has been to. Its name is the map's matter.
+    Found(Place),
+    /// A known place was come to again, and its middle was there.
+    SeenAgain {
+        /// Which one.
+        place: NodeIndex,
+        /// Where, map frame, m.
+        at: Point2<f64>,
+        /// Covariance of `at`, m².
+        covariance: Matrix2<f64>,
+    },
+    /// A corridor was gone from one end to the other.
+    Joined {
+        /// Where it was entered.
+        from: Exit,
+        /// Where it was left.
+        to: Exit,
+        /// From middle to middle, m.
+        length: f64,
+    },
+    /// An arm could not be gone.
+    GivenUp(Exit),
+}
+
+/// Nearer to each other than this two places are one: two robots have found it at the same time, m.
+const ONE: f64 = 1.0;
+
+impl TopologicalMap {
+    /// Makes a change, and answers with the place that it is about. What names places that are not there changes nothing.
+    pub fn apply(&mut self, change: Change) -> Option<NodeIndex> {
+        let exists = |place: NodeIndex| self.place(place).is_some();
+        match change {
+            Change::Compass(heading) => {
+                self.compass(heading);
+                None
+            }
+            Change::Found(place) => {
+                let same = self.places().find(|(_, known)| (known.at - place.at).norm() < ONE).map(|(known, _)| known);
+                if let Some(known) = same {
+                    self.seen_again(known, place.at, &place.covariance);
+                }
+                Some(same.unwrap_or_else(|| self.add(place)))
+            }
+            Change::SeenAgain { place, at, covariance } => {
+                self.seen_again(place, at, &covariance);
+                Some(place)
+            }
+            Change::Joined { from, to, length } if exists(from.0) && exists(to.0) => {
+                self.join(from, to, length);
+                Some(to.0)
+            }
+            Change::Joined { .. } => None,
+            Change::GivenUp((place, arm)) => {
+                self.give_up(place, arm);
+                Some(place)
+            }
+        }
+    }
+}
+
+impl Change {
+    /// As others hear it; `number` counts the robot's changes.
+    #[must_use]
+    pub fn told(&self, stamp: Time, number: u32) -> PlacesChange {
+        let told = PlacesChange { stamp, number, ..PlacesChange::default() };
+        let index = |place: NodeIndex| place.index() as u32;
+        let arm = |arm: Quarter| arm.index() as u32;
+        match self {
+            Self::Compass(heading) => PlacesChange { what: 1, heading: *heading, ..told },
+            Self::Found(place) => PlacesChange {
+                what: 2,
+                at: place.at.into(),
+                covariance: packed(&place.covariance),
+                seen: arm(place.seen),
+                ways: (0..4).filter(|arm| place.arms[*arm] != Arm::Closed).map(|arm| 1 << arm).sum(),
+                belief: place.belief,
+                kind: Label::new(&place.kind),
+                title: Label::new(&place.title),
+                ..told
+            },
+            Self::SeenAgain { place, at, covariance } => {
+                PlacesChange { what: 3, place: index(*place), at: (*at).into(), covariance: packed(covariance), ..told }
+            }
+            Self::Joined { from, to, length } => PlacesChange {
+                what: 4,
+                place: index(from.0),
+                arm: arm(from.1),
+                to: index(to.0),
+                to_arm: arm(to.1),
+                length: *length,
+                ..told
+            },
+            Self::GivenUp((place, given_up)) => PlacesChange { what: 5, place: index(*place), arm: arm(*given_up), ..told },
+        }
+    }
+
+    /// What was heard; `None` if it says nothing.
+    #[must_use]
+    pub fn heard(told: &PlacesChange) -> Option<Self> {
+        let quarter = |arm: u32| Quarter::ALL.get(arm as usize).copied();
+        let place = |number: u32| NodeIndex::new(number as usize);
+        let exit = |number: u32, arm: u32| Some((place(number), quarter(arm)?));
+        let (at, covariance) = (Point2::from(told.at), unpacked(told.covariance));
+        Some(match told.what {
+            1 => Self::Compass(told.heading),
+            2 => {
+                let way = |arm: Quarter| if told.ways & (1 << arm.index()) == 0 { Arm::Closed } else { Arm::Unexplored };
+                Self::Found(Place {
+                    name: String::new(),
+                    at,
+                    covariance,
+                    kind: told.kind.to_string(),
+                    title: told.title.to_string(),
+                    belief: told.belief,
+                    seen: quarter(told.seen)?,
+                    arms: Quarter::ALL.map(way),
+                    visits: 1,
+                })
+            }
+            3 => Self::SeenAgain { place: place(told.place), at, covariance },
+            4 => Self::Joined { from: exit(told.place, told.arm)?, to: exit(told.to, told.to_arm)?, length: told.length },
+            5 => Self::GivenUp(exit(told.place, told.arm)?),
+            _ => return None,
+        })
+    }
+}
+
+fn packed(covariance: &Matrix2<f64>) -> [f64; 3] {
+    [covariance.m11, covariance.m12, covariance.m22]
+}
+
+fn unpacked([xx, xy, yy]: [f64; 3]) -> Matrix2<f64> {
+    Matrix2::new(xx, xy, xy, yy)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn found(x: f64) -> Place {
+        Place {
+            name: String::new(),
+            at: Point2::new(x, 2.0),
+            covariance: Matrix2::new(0.04, 0.01, 0.01, 0.09),
+            kind: "H4".into(),
+            title: "T, branch right".into(),
+            belief: 0.97,
+            seen: Quarter::ALL[1],
+            arms: [Arm::Unexplored, Arm::Closed, Arm::Closed, Arm::Unexplored],
+            visits: 1,
+        }
+    }
+
+    #[test]
+    fn changes_come_out_as_they_went_in() {
+        let (a, b) = (NodeIndex::new(0), NodeIndex::new(7));
+        let changes = [
+            Change::Compass(0.3),
+            Change::Found(found(1.0)),
+            Change::SeenAgain { place: b, at: Point2::new(1.0, -2.0), covariance: Matrix2::new(0.1, 0.02, 0.02, 0.3) },
+            Change::Joined { from: (a, Quarter::ALL[3]), to: (b, Quarter::ALL[1]), length: 4.5 },
+            Change::GivenUp((b, Quarter::ALL[2])),
+        ];
+        for change in changes {
+            assert_eq!(Change::heard(&change.told(Time::START, 1)), Some(change));
+        }
+        assert_eq!(Change::heard(&PlacesChange::default()), None);
+    }
+
+    #[test]
+    fn what_names_places_that_are_not_there_changes_nothing() {
+        let mut map = TopologicalMap::default();
+        let nowhere = (NodeIndex::new(9), Quarter::ALL[0]);
+        assert_eq!(map.apply(Change::Joined { from: nowhere, to: nowhere, length: 1.0 }), None);
+        map.apply(Change::GivenUp(nowhere));
+        map.apply(Change::SeenAgain { place: nowhere.0, at: Point2::origin(), covariance: Matrix2::identity() });
+        assert_eq!((map.places().len(), map.corridors().count()), (0, 0));
+    }
+
+    #[test]
+    fn a_place_that_two_have_found_at_once_is_one() {
+        let mut map = TopologicalMap::default();
+        let first = map.apply(Change::Found(found(1.0)));
+        assert_eq!(map.apply(Change::Found(found(1.4))), first);
+        assert_ne!(map.apply(Change::Found(found(4.0))), first);
+        assert_eq!(map.places().len(), 2);
+    }
+}
