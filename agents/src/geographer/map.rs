@@ -149,6 +149,17 @@ impl TopologicalMap {
         self.graph.add_node(place)
     }
 
+    /// A place is something else than it was thought to be. Arms that were gone, or tried, stay what they turned out to be.
+    pub fn rename(&mut self, place: NodeIndex, to: Place) {
+        let Some(place) = self.graph.node_weight_mut(place) else { return };
+        (place.kind, place.title, place.belief, place.seen) = (to.kind, to.title, to.belief, to.seen);
+        for (arm, new) in place.arms.iter_mut().zip(to.arms) {
+            if matches!(arm, Arm::Closed | Arm::Unexplored) {
+                *arm = new;
+            }
+        }
+    }
+
     /// A known place was come to again, and was there: both estimates together are better than either.
     pub fn seen_again(&mut self, place: NodeIndex, at: Point2<f64>, covariance: &Matrix2<f64>) {
         let Some(place) = self.graph.node_weight_mut(place) else { return };

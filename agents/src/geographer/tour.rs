@@ -50,6 +50,8 @@ struct Standing {
     facing: Quarter,
     /// The start pose, in the frame of the odometry.
     start: Pose,
+    /// What the follower saw of the place.
+    opening: Opening,
     reckoning: Reckoning,
     /// How far the place's middle is ahead, m.
     middle: f64,
@@ -156,7 +158,7 @@ impl Tour {
         };
         let Reached { at, covariance, facing, length } = reached;
         let start = report.pose.then(Pose::new(short, 0.0, 0.0));
-        let mut standing = Standing { place: NodeIndex::end(), facing, start, reckoning, middle };
+        let mut standing = Standing { place: NodeIndex::end(), facing, start, opening: report.opening(), reckoning, middle };
         if let Some(known) = known {
             standing.place = known;
             if short == 0.0 {

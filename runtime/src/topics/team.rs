@@ -22,7 +22,7 @@ pub struct PlacesChange {
     pub stamp: Time,
     /// Counts the changes of one robot, from 1.
     pub number: u32,
-    /// 1: the floor's first direction; 2: a new place; 3: a place was come to again; 4: a corridor was gone; 5: an arm could not be gone. Anything else changes nothing.
+    /// 1: the floor's first direction; 2: a new place; 3: a place was come to again; 4: a corridor was gone; 5: an arm could not be gone; 6: a place is something else than it was thought to be. Anything else changes nothing.
     pub what: u32,
     /// The place that it is about.
     pub place: u32,
@@ -32,9 +32,9 @@ pub struct PlacesChange {
     pub to: u32,
     /// The arm of that other place.
     pub to_arm: u32,
-    /// In which direction the robot went that saw a new place.
+    /// In which direction the robot went that saw what a place is.
     pub seen: u32,
-    /// Which arms of a new place are ways: bit 0 for arm 0, and so on.
+    /// Which arms of the place are ways: bit 0 for arm 0, and so on.
     pub ways: u32,
     /// Length of a corridor, m.
     pub length: f64,
@@ -44,9 +44,9 @@ pub struct PlacesChange {
     pub at: [f64; 2],
     /// Covariance of `at`: xx, xy, yy, m².
     pub covariance: [f64; 3],
-    /// How probable it is that a new place is what it is named.
+    /// How probable it is that the place is what it is named.
     pub belief: f64,
-    /// What a new place is, by its name in the catalogue.
+    /// What the place is, by its name in the catalogue.
     pub kind: Label,
     /// The same for people.
     pub title: Label,

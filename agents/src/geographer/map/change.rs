@@ -20,6 +20,13 @@ pub enum Change {
     Compass(f64),
     /// A place nobody has been to. Its name is the map's matter.
     Found(Place),
+    /// A known place is something else than it was thought to be.
+    Renamed {
+        /// Which one.
+        place: NodeIndex,
+        /// What it is. Where and how often it was seen do not matter.
+        to: Place,
+    },
     /// A known place was come to again, and its middle was there.
     SeenAgain {
         /// Which one.
@@ -61,6 +68,10 @@ impl TopologicalMap {
                 }
                 Some(same.unwrap_or_else(|| self.add(place)))
             }
+            Change::Renamed { place, to } => {
+                self.rename(place, to);
+                Some(place)
+            }
             Change::SeenAgain { place, at, covariance } => {
                 self.seen_again(place, at, &covariance);
                 Some(place)
@@ -87,17 +98,8 @@ impl Change {
         let arm = |arm: Quarter| arm.index() as u32;
         match self {
             Self::Compass(heading) => PlacesChange { what: 1, heading: *heading, ..told },
-            Self::Found(place) => PlacesChange {
-                what: 2,
-                at: place.at.into(),
-                covariance: packed(&place.covariance),
-                seen: arm(place.seen),
-                ways: (0..4).filter(|arm| place.arms[*arm] != Arm::Closed).map(|arm| 1 << arm).sum(),
-                belief: place.belief,
-                kind: Label::new(&place.kind),
-                title: Label::new(&place.title),
-                ..told
-            },
+            Self::Found(place) => PlacesChange { what: 2, ..named(place, told) },
+            Self::Renamed { place, to } => PlacesChange { what: 6, place: index(*place), ..named(to, told) },
             Self::SeenAgain { place, at, covariance } => {
                 PlacesChange { what: 3, place: index(*place), at: (*at).into(), covariance: packed(covariance), ..told }
             }
@@ -123,26 +125,44 @@ impl Change {
         let (at, covariance) = (Point2::from(told.at), unpacked(told.covariance));
         Some(match told.what {
             1 => Self::Compass(told.heading),
-            2 => {
-                let way = |arm: Quarter| if told.ways & (1 << arm.index()) == 0 { Arm::Closed } else { Arm::Unexplored };
-                Self::Found(Place {
-                    name: String::new(),
-                    at,
-                    covariance,
-                    kind: told.kind.to_string(),
-                    title: told.title.to_string(),
-                    belief: told.belief,
-                    seen: quarter(told.seen)?,
-                    arms: Quarter::ALL.map(way),
-                    visits: 1,
-                })
-            }
+            2 => Self::Found(place_of(told)?),
+            6 => Self::Renamed { place: place(told.place), to: place_of(told)? },
             3 => Self::SeenAgain { place: place(told.place), at, covariance },
             4 => Self::Joined { from: exit(told.place, told.arm)?, to: exit(told.to, told.to_arm)?, length: told.length },
             5 => Self::GivenUp(exit(told.place, told.arm)?),
             _ => return None,
         })
     }
+}
+
+/// What is told of a place.
+fn named(place: &Place, told: PlacesChange) -> PlacesChange {
+    PlacesChange {
+        at: place.at.into(),
+        covariance: packed(&place.covariance),
+        seen: place.seen.index() as u32,
+        ways: (0..4).filter(|arm| place.arms[*arm] != Arm::Closed).map(|arm| 1 << arm).sum(),
+        belief: place.belief,
+        kind: Label::new(&place.kind),
+        title: Label::new(&place.title),
+        ..told
+    }
+}
+
+/// A place as it was told.
+fn place_of(told: &PlacesChange) -> Option<Place> {
+    let way = |arm: Quarter| if told.ways & (1 << arm.index()) == 0 { Arm::Closed } else { Arm::Unexplored };
+    Some(Place {
+        name: String::new(),
+        at: Point2::from(told.at),
+        covariance: unpacked(told.covariance),
+        kind: told.kind.to_string(),
+        title: told.title.to_string(),
+        belief: told.belief,
+        seen: *Quarter::ALL.get(told.seen as usize)?,
+        arms: Quarter::ALL.map(way),
+        visits: 1,
+    })
 }
 
 fn packed(covariance: &Matrix2<f64>) -> [f64; 3] {
@@ -181,6 +201,7 @@ mod tests {
             Change::SeenAgain { place: b, at: Point2::new(1.0, -2.0), covariance: Matrix2::new(0.1, 0.02, 0.02, 0.3) },
             Change::Joined { from: (a, Quarter::ALL[3]), to: (b, Quarter::ALL[1]), length: 4.5 },
             Change::GivenUp((b, Quarter::ALL[2])),
+            Change::Renamed { place: b, to: found(3.0) },
         ];
         for change in changes {
             assert_eq!(Change::heard(&change.told(Time::START, 1)), Some(change));
@@ -196,6 +217,19 @@ mod tests {
         map.apply(Change::GivenUp(nowhere));
         map.apply(Change::SeenAgain { place: nowhere.0, at: Point2::origin(), covariance: Matrix2::identity() });
         assert_eq!((map.places().len(), map.corridors().count()), (0, 0));
+    }
+
+    #[test]
+    fn a_place_that_is_something_else_keeps_the_corridors_that_were_gone() {
+        let mut map = TopologicalMap::default();
+        let a = map.apply(Change::Found(found(1.0))).unwrap();
+        let b = map.apply(Change::Found(found(9.0))).unwrap();
+        map.apply(Change::Joined { from: (a, Quarter::ALL[0]), to: (b, Quarter::ALL[2]), length: 8.0 });
+        let to = Place { arms: [Arm::Closed, Arm::Unexplored, Arm::Closed, Arm::Closed], kind: "H2".into(), ..found(50.0) };
+        map.apply(Change::Renamed { place: a, to });
+        let place = map.place(a).unwrap();
+        assert!(matches!(place.arms, [Arm::Leads(_), Arm::Unexplored, Arm::Closed, Arm::Closed]), "{:?}", place.arms);
+        assert_eq!((place.kind.as_str(), place.at, place.name.as_str()), ("H2", Point2::new(1.0, 2.0), "A"));
     }
 
     #[test]

@@ -25,7 +25,8 @@ pub(super) enum SetOut {
 
 impl Tour {
     /// Leaves a place on the way to the nearest arm that nobody has gone.
-    pub(super) async fn set_out(&mut self, standing: Standing) -> SetOut {
+    pub(super) async fn set_out(&mut self, mut standing: Standing) -> SetOut {
+        let mut is_sure = false;
         loop {
             let Some(arm) = self.choose(&standing).await else { return SetOut::Done };
             self.crumbs = Crumbs::default();
@@ -52,6 +53,9 @@ impl Tour {
                 });
             }
             self.let_go();
+            if !std::mem::replace(&mut is_sure, true) && self.think_again(&mut standing).await {
+                continue;
+            }
             self.commit(Change::GivenUp((standing.place, arm))).await;
         }
     }

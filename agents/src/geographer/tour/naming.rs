@@ -8,7 +8,7 @@ use orienteer_runtime::{
 };
 
 use super::{Standing, TRIES, Tour, following::RUN_UP, reckoning::ELSEWHERE};
-use crate::geographer::map::{Arm, Place};
+use crate::geographer::map::{Arm, Change, Place};
 
 /// What came of naming a place.
 pub(super) enum Named {
@@ -23,7 +23,7 @@ impl Tour {
     /// As [`name`](Self::name). Where nothing came of it the robot comes to the place again, so that it knows where it stands.
     pub(super) async fn name_at_last(&mut self, standing: &mut Standing, mut arrival: CorridorReport) -> Named {
         for _ in 0..TRIES {
-            if let Some(place) = self.name(standing, &arrival).await {
+            if let Some(place) = self.name(standing).await {
                 return Named::Place(place);
             }
             let begin = arrival.pose.then(Pose::new(-2.0 * RUN_UP, 0.0, 0.0));
@@ -33,14 +33,33 @@ impl Tour {
             }
             // Somebody may have stood in the corner.
             if again.opening() != Opening::DeadEnd || arrival.opening() == Opening::DeadEnd {
-                (standing.start, arrival) = (again.pose, again);
+                (standing.start, standing.opening, arrival) = (again.pose, again.opening(), again);
             }
         }
         Named::Nothing
     }
 
-    /// What the new place is that the robot stands at; `None` if it is nothing that is known.
-    async fn name(&mut self, standing: &mut Standing, arrival: &CorridorReport) -> Option<Place> {
+    /// A way out of a place that can't be gone may be none: has the place named once more, from where the robot stands. True if it is something else than it was thought to be.
+    pub(super) async fn think_again(&mut self, standing: &mut Standing) -> bool {
+        let Some(place) = self.name(standing).await else { return false };
+        let Some(known) = self.chart.borrow().map.place(standing.place).cloned() else { return false };
+        let is_way = |arm: Arm| arm != Arm::Closed;
+        if known.arms.map(is_way) == place.arms.map(is_way) {
+            return false;
+        }
+        self.pilot.announce(format!(
+            "{}: not {}, but {}, {:.1} % sure",
+            known.name,
+            known.title,
+            place.title,
+            100.0 * place.belief
+        ));
+        self.commit(Change::Renamed { place: standing.place, to: place }).await;
+        true
+    }
+
+    /// What the place is that the robot stands at; `None` if it is nothing that is known.
+    async fn name(&mut self, standing: &mut Standing) -> Option<Place> {
         let facing = standing.facing;
         let mut place = Place {
             name: String::new(),
@@ -54,10 +73,10 @@ impl Tour {
             visits: 1,
         };
         place.arms[facing.back().index()] = Arm::Unexplored;
-        if arrival.opening() == Opening::DeadEnd {
+        if standing.opening == Opening::DeadEnd {
             return Some(place);
         }
-        let report = self.order_classifier(arrival, standing.reckoning.width).await.ok()?;
+        let report = self.order_classifier(standing).await.ok()?;
         if report.kind.as_str().is_empty() {
             return None;
         }
@@ -70,10 +89,10 @@ impl Tour {
         Some(place)
     }
 
-    async fn order_classifier(&mut self, arrival: &CorridorReport, width: f64) -> Result<PlaceReport, Aborted> {
+    async fn order_classifier(&mut self, standing: &Standing) -> Result<PlaceReport, Aborted> {
         self.pilot.release();
         self.orders += 1;
-        let order = PlaceOrder::new(self.pilot.now(), self.orders, arrival.opening(), arrival.pose, width);
+        let order = PlaceOrder::new(self.pilot.now(), self.orders, standing.opening, standing.start, standing.reckoning.width);
         loop {
             self.pilot.publish(order);
             self.pilot.next_step().await?;
