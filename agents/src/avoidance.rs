@@ -73,8 +73,9 @@ pub struct AvoidanceConfig {
     /// Turn rate when stepping aside, rad/s.
     #[schemars(range(min = 0.1, max = 6.0))]
     pub turn_rate: f64,
-    /// How many steps aside in a row before it only stands still.
-    #[schemars(range(min = 1, max = 100))]
+    /// How many steps aside in a row before it only stands still. 0: it never steps aside; where nobody can get past, whoever comes turns back sooner
+    /// than a robot that they drive before them.
+    #[schemars(range(min = 0, max = 100))]
     pub most_steps: u32,
     /// The base is given back when nothing has come nearer for this long, s.
     #[schemars(range(min = 0.1, max = 60.0))]
@@ -134,7 +135,8 @@ impl Behaviour for Avoidance {
         if let Some(threat) = self.evasion.threat().filter(|_| idle && self.evasion.is_active()) {
             let Threat { bearing, clearance, approach, .. } = threat;
             let side = bearing.to_degrees();
-            out.say(format!("steps aside: {clearance:.2} m away at {side:.0} deg, something comes nearer at {approach:.2} m/s"));
+            let does = if self.config.most_steps > 0 { "steps aside" } else { "stands still" };
+            out.say(format!("{does}: {clearance:.2} m away at {side:.0} deg, something comes nearer at {approach:.2} m/s"));
         }
     }
 

@@ -169,7 +169,7 @@ impl Evasion {
                 (free >= SHORTEST && off.cos() < 0.4).then(|| (way, score(free, off, way)))
             })
             .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((way, _)) = best else {
+        let Some((way, _)) = best.filter(|_| self.steps <= config.most_steps) else {
             self.stage = Stage::Watch;
             return Move::Drive(Twist::STOP);
         };

@@ -207,6 +207,19 @@ fn a_step_aside_leads_across_the_comers_path() {
 }
 
 #[test]
+fn who_shall_not_step_aside_takes_the_base_and_stands() {
+    let config = AvoidanceConfig { most_steps: 0, ..AvoidanceConfig::default() };
+    let mut evasion = Evasion::new(true);
+    let mut stood = 0;
+    drive(Twist::STOP, 6.0, &person(Point2::new(2.5, 0.0), Vector2::new(-0.4, 0.0)), |around, odometry| {
+        let what = evasion.step(odometry.stamp, &config, around, odometry);
+        assert!(matches!(what, Move::Nothing | Move::Drive(Twist::STOP)), "{what:?}");
+        stood += u32::from(what != Move::Nothing);
+    });
+    assert!(stood > 20 && evasion.way().is_none(), "{stood} steps");
+}
+
+#[test]
 fn nobody_means_no_step_aside() {
     let config = AvoidanceConfig::default();
     let mut evasion = Evasion::new(true);
