@@ -246,8 +246,7 @@ impl Visit {
                 Next::Report(verdict) => break verdict,
                 Next::Look(feature) => feature,
             };
-            let (ending, disturbed) = self.look(feature).await;
-            session.observe(feature, ending);
+            let disturbed = self.look(feature, &mut session).await;
             // The next look, if there is one, may begin from nearer than the start pose.
             let next = session.next(&mind.prices(&self.reckoning, self.start, self.here()));
             let toward = match next {
@@ -258,11 +257,14 @@ impl Visit {
             let is_back = self.go_back(toward).await.is_ok();
             if !is_back || (disturbed && !matches!(next, Ok(Next::Report(_)))) {
                 self.pilot.say("somebody came between; the place has to be come to again");
-                mind.cut_short.replace(Some((self.order, session.clone())));
+                mind.cut_short.replace(Some((self.order, session.rested())));
                 break Verdict { hypothesis: None, belief: 0.0, sure: false };
             }
             self.centre().await?;
         };
+        if !verdict.sure && session.is_interrupted() {
+            mind.cut_short.replace(Some((self.order, session.rested())));
+        }
         self.report.looks = session.looks();
         self.report.took = self.pilot.now().secs_since(began);
         self.answer(verdict);
@@ -297,13 +299,25 @@ impl Visit {
         }
     }
 
-    /// Has the feature detector look for a feature. Nobody who answers is as good as somebody in the way.
-    /// Also says whether somebody came between.
-    async fn look(&mut self, number: usize) -> (Ending, bool) {
-        const NOTHING: (Ending, bool) = (Ending::Interrupted, false);
+    /// Has the feature detector look for a feature, and notes how that ended. Nobody who answers is as good as somebody in the way. True if somebody came between.
+    async fn look(&mut self, number: usize, session: &mut Session) -> bool {
+        let Some(report) = self.detect(number).await else {
+            session.observe(number, Ending::Interrupted);
+            return false;
+        };
+        let ending = Ending::of(&report);
+        match ending {
+            Ending::Interrupted => session.interrupt(number, Ending::seeming(&report)),
+            ending => session.observe(number, ending),
+        }
+        report.is_disturbed()
+    }
+
+    /// What the feature detector answers, if it does.
+    async fn detect(&mut self, number: usize) -> Option<FeatureReport> {
         let mind = self.mind.clone();
-        let Some(feature) = mind.config.catalogue.feature.get(number) else { return NOTHING };
-        let Some(search) = self.reckoning.search(feature.kind, feature.whereabouts, self.start) else { return NOTHING };
+        let feature = mind.config.catalogue.feature.get(number)?;
+        let search = self.reckoning.search(feature.kind, feature.whereabouts, self.start)?;
         let way = 100.0 * self.here().distance(&search.at);
         let request = {
             let mut requests = mind.requests.borrow_mut();
@@ -312,13 +326,12 @@ impl Visit {
         };
         mind.tally.borrow_mut().looks += 1;
         let end = self.pilot.now() + LONGEST_LOOK;
-        let Some(report) = self.await_report(&request, end).await else { return NOTHING };
+        let report = self.await_report(&request, end).await?;
         mind.learn(feature, &report, way);
         self.report.driven += report.driven;
         self.report.turned += report.turned;
-        let ending = Ending::of(&report);
-        self.pilot.say(format!("{}: {ending:?}, {:?}", feature.id, report.reason()));
-        (ending, report.is_disturbed())
+        self.pilot.say(format!("{}: {:?}, {:?}", feature.id, Ending::of(&report), report.reason()));
+        Some(report)
     }
 
     /// The request is repeated in every step: a detector that was built anew has heard none.

@@ -29,6 +29,15 @@ impl Ending {
         match (report.outcome(), report.reason()) {
             (FeatureOutcome::Found, _) => Self::Found,
             _ if report.is_disturbed() => Self::Interrupted,
+            _ => Self::seeming(report),
+        }
+    }
+
+    /// The same, as if nobody had come between.
+    #[must_use]
+    pub fn seeming(report: &FeatureReport) -> Self {
+        match (report.outcome(), report.reason()) {
+            (FeatureOutcome::Found, _) => Self::Found,
             (FeatureOutcome::NotFound, _) => Self::NotFound,
             (FeatureOutcome::Abort, FeatureReason::Overridden) => Self::Interrupted,
             (FeatureOutcome::Abort, _) => Self::Blocked,

@@ -41,8 +41,9 @@ pub struct Session {
     likelihoods: Vec<f64>,
     /// How often each feature has been looked for.
     uses: Vec<u32>,
-    /// How often somebody came between.
+    /// How often somebody came between; and how each look for a feature would have ended otherwise, so many times in a row.
     interrupted: u32,
+    seemed: Vec<(Ending, u32)>,
     /// Where the robot could not go on.
     blocked: Vec<bool>,
 }
@@ -80,6 +81,8 @@ pub struct Verdict {
     pub sure: bool,
 }
 
+/// What seems so often to be is.
+const INSISTS: u32 = 3;
 /// With so many hypotheses or fewer, plans are made to the end if outcomes are certain.
 const FEW: usize = 16;
 
@@ -111,6 +114,7 @@ impl Session {
             likelihoods: vec![1.0; hypotheses],
             uses: vec![0; features],
             interrupted: 0,
+            seemed: vec![(Ending::Interrupted, 0); features],
             blocked: vec![false; features],
         })
     }
@@ -131,6 +135,31 @@ impl Session {
     #[must_use]
     pub fn beliefs(&self) -> Vec<f64> {
         self.diagram.beliefs(&self.likelihoods).unwrap_or_else(|_| vec![0.0; self.likelihoods.len()])
+    }
+
+    /// Somebody came between when a feature was looked for; if nobody had, the look would have ended so. Whoever walks by is not there each time: the same ending for the
+    /// third time in a row is believed.
+    pub fn interrupt(&mut self, feature: usize, seemed: Ending) {
+        let Some((before, times)) = self.seemed.get_mut(feature) else { return };
+        *times = if *before == seemed { *times + 1 } else { 1 };
+        *before = seemed;
+        let insists = *times >= INSISTS && seemed != Ending::Interrupted;
+        if insists {
+            *times = 0;
+        }
+        self.observe(feature, if insists { seemed } else { Ending::Interrupted });
+    }
+
+    /// True if it ended because somebody came between too often.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted >= self.rules.interruptions
+    }
+
+    /// The same, to be gone on with: nobody has come between lately.
+    #[must_use]
+    pub fn rested(&self) -> Self {
+        Self { interrupted: 0, ..self.clone() }
     }
 
     /// A look for a feature ended so.
@@ -165,7 +194,7 @@ impl Session {
         // Of equals the first one.
         let best = beliefs.iter().position(|belief| *belief == most).filter(|_| most > 0.0);
         let verdict = Verdict { hypothesis: best, belief: most, sure: most >= self.rules.content };
-        let enough = self.looks() >= self.rules.looks || self.interrupted >= self.rules.interruptions;
+        let enough = self.looks() >= self.rules.looks || self.is_interrupted();
         if verdict.sure || best.is_none() || enough {
             return Ok(Next::Report(verdict));
         }

@@ -188,3 +188,23 @@ fn it_ends_however_looks_end() {
         }
     }
 }
+
+#[test]
+fn what_seems_so_three_times_in_a_row_is_so() {
+    let config = PlaceClassifierConfig::default();
+    let left_wall = config.catalogue.feature_by_id("WL").unwrap();
+    let mut session = Session::new(&config, Opening::Lost).unwrap();
+    let before = session.beliefs();
+    for seemed in [Ending::Blocked, Ending::Blocked, Ending::NotFound, Ending::Blocked, Ending::Blocked] {
+        session.interrupt(left_wall, seemed);
+        assert_eq!((session.beliefs(), session.looks()), (before.clone(), 0));
+    }
+    session.interrupt(left_wall, Ending::Blocked);
+    let mut told = Session::new(&config, Opening::Lost).unwrap();
+    told.observe(left_wall, Ending::Blocked);
+    assert_eq!((session.beliefs(), session.looks()), (told.beliefs(), 1));
+    for _ in 0..9 {
+        session.interrupt(left_wall, Ending::Interrupted);
+    }
+    assert_eq!(session.looks(), 1, "who never gets to look has seen nothing");
+}
