@@ -153,7 +153,7 @@ impl Agent for Geographer {
             // Who was built anew must not give an order that was carried out before.
             let orders = (pilot.now().as_nanos() / 1_000_000) as u32;
             let crumbs = Crumbs::default();
-            Tour { pilot, config, ring, chart: shared, crumbs, orders, strange: 0, has_made_way: false }.run()
+            Tour { pilot, config, ring, chart: shared, crumbs, orders, strange: 0, lost: 0, has_made_way: false }.run()
         });
         Ok(Self { config, script, chart, done: None, began: None, period: robot.period })
     }

@@ -71,7 +71,7 @@ pub fn file(map: &TopologicalMap) -> PlacesFile {
             seen_deg: degrees(place.seen),
             at: [place.at.x, place.at.y].map(round),
             covariance: [place.covariance.m11, place.covariance.m12, place.covariance.m22],
-            ways_deg: ways(|arm| matches!(arm, Arm::Leads(_) | Arm::Unexplored)),
+            ways_deg: ways(|arm| matches!(arm, Arm::Leads | Arm::Unexplored)),
             left_deg: ways(|arm| arm == Arm::Unexplored),
             visits: place.visits,
         }

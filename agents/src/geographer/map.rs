@@ -24,7 +24,7 @@ pub enum Arm {
     /// A corridor that nobody has gone yet.
     Unexplored,
     /// A corridor to another place.
-    Leads(EdgeIndex),
+    Leads,
     /// A corridor, as it was said, that could not be gone, so many times.
     GivenUp(u32),
 }
@@ -178,7 +178,7 @@ impl TopologicalMap {
         *arm = match *arm {
             Arm::Unexplored => Arm::GivenUp(1),
             Arm::GivenUp(times) => Arm::GivenUp(times + 1),
-            Arm::Closed | Arm::Leads(_) => return,
+            Arm::Closed | Arm::Leads => return,
         };
     }
 
@@ -191,24 +191,54 @@ impl TopologicalMap {
 
     /// A corridor was gone from one place to another. One that is known already gets a better length.
     pub fn join(&mut self, from: Exit, to: Exit, length: f64) {
-        if let Some(Arm::Leads(known)) = self.graph.node_weight(from.0).map(|place| place.arms[from.1.index()])
+        if let Some(known) = self.edge_at(from)
             && let Some(corridor) = self.graph.edge_weight_mut(known)
             && (corridor.from.0 == to.0 || corridor.to.0 == to.0)
         {
             corridor.length = 0.5 * (corridor.length + length);
             return;
         }
-        let edge = self.graph.add_edge(from.0, to.0, Corridor { length, from, to });
-        self.set_arm(from.0, from.1, Arm::Leads(edge));
-        self.set_arm(to.0, to.1, Arm::Leads(edge));
+        if self.is_place_between(from.0, to.0) {
+            return;
+        }
+        self.cut(from);
+        self.cut(to);
+        self.graph.add_edge(from.0, to.0, Corridor { length, from, to });
+        self.set_arm(from.0, from.1, Arm::Leads);
+        self.set_arm(to.0, to.1, Arm::Leads);
+    }
+
+    /// True if a place is known on the straight way from one place to another: somebody came between, and the robot passed it without noticing.
+    fn is_place_between(&self, from: NodeIndex, to: NodeIndex) -> bool {
+        let (Some(start), Some(end)) = (self.place(from), self.place(to)) else { return false };
+        let way = end.at - start.at;
+        let is_between = |place: &Place| {
+            let off = place.at - start.at;
+            let along = off.dot(&way) / way.norm();
+            (GATE..way.norm() - GATE).contains(&along) && (off.norm_squared() - along * along).max(0.0).sqrt() < GATE
+        };
+        self.places().any(|(_, place)| is_between(place))
+    }
+
+    /// The corridor that was thought to be there leads elsewhere: what is at its ends has to be explored again.
+    fn cut(&mut self, exit: Exit) {
+        let Some(edge) = self.edge_at(exit) else { return };
+        if let Some(corridor) = self.graph.remove_edge(edge) {
+            self.set_arm(corridor.from.0, corridor.from.1, Arm::Unexplored);
+            self.set_arm(corridor.to.0, corridor.to.1, Arm::Unexplored);
+        }
+    }
+
+    fn edge_at(&self, exit: Exit) -> Option<EdgeIndex> {
+        let ends_there = |edge: &EdgeReference<'_, Corridor>| edge.weight().from == exit || edge.weight().to == exit;
+        self.graph.edges(exit.0).find(ends_there).map(|edge| edge.id())
     }
 
     /// The corridor behind an arm: its length, and the place and arm at its other end.
     #[must_use]
-    pub fn corridor(&self, (from, arm): Exit) -> Option<(f64, Exit)> {
-        let Arm::Leads(edge) = self.graph.node_weight(from)?.arms[arm.index()] else { return None };
-        let corridor = self.graph.edge_weight(edge)?;
-        let other = if corridor.from == (from, arm) { corridor.to } else { corridor.from };
+    pub fn corridor(&self, exit: Exit) -> Option<(f64, Exit)> {
+        let corridor = self.graph.edge_weight(self.edge_at(exit)?)?;
+        let other = if corridor.from == exit { corridor.to } else { corridor.from };
         Some((corridor.length, other))
     }
 
@@ -373,6 +403,24 @@ mod tests {
         map.join((a, Quarter::ALL[0]), (b, Quarter::ALL[2]), 5.2);
         assert_eq!(map.corridors().count(), 1);
         assert!((map.corridors().next().unwrap().length - 5.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn who_has_passed_a_place_without_noticing_joins_nothing() {
+        let (mut map, a, b) = line();
+        let c = map.add(place(11.0, 0.2, [Arm::Closed, Arm::Closed, Arm::Unexplored, Arm::Closed]));
+        map.join((a, Quarter::ALL[0]), (c, Quarter::ALL[2]), 11.0);
+        assert_eq!(map.corridors().count(), 1);
+        assert_eq!(map.corridor((a, Quarter::ALL[0])).unwrap().1, (b, Quarter::ALL[2]));
+    }
+
+    #[test]
+    fn a_corridor_that_leads_elsewhere_takes_the_place_of_the_one_that_was_thought_to_be_there() {
+        let (mut map, a, b) = line();
+        let c = map.add(place(2.5, 0.0, [Arm::Closed, Arm::Closed, Arm::Unexplored, Arm::Closed]));
+        map.join((a, Quarter::ALL[0]), (c, Quarter::ALL[2]), 2.5);
+        assert_eq!(map.corridor((a, Quarter::ALL[0])).unwrap().1, (c, Quarter::ALL[2]));
+        assert_eq!((map.corridors().count(), map.place(b).unwrap().arms[2]), (1, Arm::Unexplored));
     }
 
     #[test]

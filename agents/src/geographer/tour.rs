@@ -6,7 +6,13 @@ mod naming;
 mod reckoning;
 mod traffic;
 
-use std::{cell::RefCell, f64::consts::PI, rc::Rc, sync::Arc, time::Duration};
+use std::{
+    cell::RefCell,
+    f64::consts::{FRAC_PI_2, PI},
+    rc::Rc,
+    sync::Arc,
+    time::Duration,
+};
 
 use orienteer_runtime::{
     agent::{Aborted, Pilot},
@@ -25,7 +31,7 @@ use super::{
 use crate::{crumbs::Crumbs, places::Reckoning};
 use leaving::SetOut;
 use naming::Named;
-use reckoning::{Reached, Which};
+use reckoning::{BOTH, Reached, Which};
 
 /// A robot on its tour.
 pub(super) struct Tour {
@@ -39,6 +45,8 @@ pub(super) struct Tour {
     pub orders: u32,
     /// How many ends of corridors it has come to since that were none that it should know.
     pub strange: u32,
+    /// How often it could not go a corridor that it knows, since it came to the place where it thinks it is.
+    pub lost: u32,
     /// It has come to where it is to let somebody pass.
     pub has_made_way: bool,
 }
@@ -83,6 +91,8 @@ enum Arrived {
 
 /// Somebody who stands in the way is given so long to go on.
 const GIVE_WAY: Duration = Duration::from_secs(4);
+/// Who can't go corridors that it knows so often is not where it thinks.
+const MISPLACED: u32 = 2;
 /// So often the robot finds the way ahead closed before it takes it for the end of a corridor.
 const LOOKS: u32 = 3;
 /// So often it tries to go where something keeps it from going.
@@ -99,12 +109,14 @@ impl Tour {
                 Arrived::At(standing) => self.set_out(standing).await,
                 Arrived::Astray => SetOut::Astray,
                 Arrived::Lost => match departure {
-                    Some(lost) if self.give_up(&lost).await => self.set_out(lost.stood).await,
+                    Some(lost) if !self.is_misplaced(&lost) && self.give_up(&lost).await => self.set_out(lost.stood).await,
                     Some(_) => SetOut::Astray,
                     // Nothing is known here: the other way may be better.
                     None => {
                         self.strange += 1;
-                        self.pilot.rotate(PI, self.config.turn_rate).await.unwrap_or_default();
+                        // Who has been at both ends may stand across its corridor, or in a doorway.
+                        let turn = if self.strange.is_multiple_of(BOTH) { FRAC_PI_2 } else { PI };
+                        self.pilot.rotate(turn, self.config.turn_rate).await.unwrap_or_default();
                         continue;
                     }
                 },
@@ -119,6 +131,12 @@ impl Tour {
                 }
             };
         }
+    }
+
+    /// A corridor that has been gone can be gone again, by who stands where it begins.
+    fn is_misplaced(&mut self, lost: &Departure) -> bool {
+        self.lost += u32::from(self.chart.borrow().map.corridor((lost.place, lost.arm)).is_some());
+        self.lost >= MISPLACED
     }
 
     /// Who does not know what corridor it is in still knows how corridors lie.
@@ -150,7 +168,7 @@ impl Tour {
         let reckoning = Reckoning::new(width, &self.ring);
         let middle = if report.opening() == Opening::DeadEnd { 0.0 } else { reckoning.face + 0.5 * width };
         let Some(reached) = self.reached(departure, &report, middle) else { return Ok(Arrived::Lost) };
-        let (known, short) = match self.which_place(departure, &reached) {
+        let (known, short) = match self.which_place(departure, &reached, report.opening()) {
             Which::Known(place, short) => (Some(place), short),
             Which::New => (None, 0.0),
             Which::None => return Ok(Arrived::Nowhere),
@@ -184,7 +202,7 @@ impl Tour {
             self.commit(Change::Joined { from, to, length }).await;
         }
         let fix = self.fix_at(&standing);
-        self.strange = 0;
+        (self.strange, self.lost) = (0, 0);
         {
             let mut chart = self.chart.borrow_mut();
             chart.fix = fix;

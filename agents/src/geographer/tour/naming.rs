@@ -10,6 +10,9 @@ use orienteer_runtime::{
 use super::{Standing, TRIES, Tour, following::RUN_UP, reckoning::ELSEWHERE};
 use crate::geographer::map::{Arm, Change, Place};
 
+/// What is less probable than this is not believed.
+const BELIEVED: f64 = 0.75;
+
 /// What came of naming a place.
 pub(super) enum Named {
     Place(Place),
@@ -41,6 +44,10 @@ impl Tour {
 
     /// A way out of a place that can't be gone may be none: has the place named once more, from where the robot stands. True if it is something else than it was thought to be.
     pub(super) async fn think_again(&mut self, standing: &mut Standing) -> bool {
+        // Whoever stood in the way made it look like the end of a corridor.
+        if standing.opening == Opening::DeadEnd {
+            return false;
+        }
         let Some(place) = self.name(standing).await else { return false };
         let Some(known) = self.chart.borrow().map.place(standing.place).cloned() else { return false };
         let is_way = |arm: Arm| arm != Arm::Closed;
@@ -77,7 +84,7 @@ impl Tour {
             return Some(place);
         }
         let report = self.order_classifier(standing).await.ok()?;
-        if report.kind.as_str().is_empty() {
+        if report.kind.as_str().is_empty() || report.belief < BELIEVED {
             return None;
         }
         for way in report.ways() {

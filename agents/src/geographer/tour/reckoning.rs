@@ -1,7 +1,10 @@
 //! Where a robot on its tour has come to, by the map and by the odometry since its last place.
 
 use nalgebra::{Matrix2, Point2};
-use orienteer_runtime::{geometry::Pose, topics::CorridorReport};
+use orienteer_runtime::{
+    geometry::Pose,
+    topics::{CorridorReport, Opening},
+};
 use petgraph::graph::NodeIndex;
 
 use super::{Departure, Standing, Tour};
@@ -23,7 +26,7 @@ const ASTRAY: f64 = 0.1;
 /// What is between a robot and the first place that it knows anything about: its middle may be off by this, m, one standard deviation.
 const FIRST: f64 = 0.05;
 /// Ends of a corridor.
-const BOTH: u32 = 2;
+pub(super) const BOTH: u32 = 2;
 
 /// Where a stretch has led, by reckoning.
 #[derive(Debug, Clone, Copy)]
@@ -82,7 +85,7 @@ impl Tour {
     }
 
     /// Which place is there.
-    pub(super) fn which_place(&self, departure: Option<&Departure>, reached: &Reached) -> Which {
+    pub(super) fn which_place(&self, departure: Option<&Departure>, reached: &Reached, opening: Opening) -> Which {
         let chart = self.chart.borrow();
         let map = &chart.map;
         let Reached { at, covariance, facing, length } = reached;
@@ -94,8 +97,8 @@ impl Tour {
                     let is_closed = map.place(known).is_none_or(|place| place.arms[facing.back().index()] == Arm::Closed);
                     if is_closed && self.strange < BOTH { Which::Lost } else { Which::Known(known, 0.0) }
                 }
-                // If neither end is known, the corridor is a new one.
-                None if chart.fix.is_some() && self.strange < BOTH => Which::Lost,
+                // If neither end is known, the corridor is a new one. What seems to be the end of one may be anything.
+                None if chart.fix.is_some() && (self.strange < BOTH || opening == Opening::DeadEnd) => Which::Lost,
                 None => Which::New,
             };
         };
@@ -105,7 +108,11 @@ impl Tour {
                 let short = usual - length;
                 return Which::Known(place, if short.abs() > AMISS { short } else { 0.0 });
             }
-            Some((usual, _)) if *length < usual => return Which::None,
+            // A place that it passed before without noticing, or nothing but what has stopped the robot.
+            Some((usual, (place, _))) if *length < usual => match recognised() {
+                Some(other) if other != place => Some(other),
+                _ => return Which::None,
+            },
             _ => recognised(),
         };
         match known {
