@@ -1,7 +1,8 @@
 //! Exploring floors: does a robot find every place and every corridor, and nothing else?
 //!
 //! Floors have 10 to 40 places, dead ends and doorways among them, and corridors of Randazza's width (1989). The robot starts in the
-//! middle of a corridor and knows nothing; several robots start in corridors far from each other.
+//! middle of a corridor and knows nothing. It stands still for who comes near: in corridors in which nobody gets past a robot, one that steps aside is driven about
+//! by people who would turn back otherwise. Several robots start in corridors far from each other.
 
 use std::collections::BTreeSet;
 
@@ -166,6 +167,7 @@ start = {{ x = {:?}, y = {:?}, heading_deg = {heading:?} }}
 [robot.agent.where-am-i]
 
 [robot.agent.avoidance]
+most_steps = 0
 
 [robot.agent.corridor-follower]
 cruise_speed = 0.3
