@@ -91,3 +91,43 @@ fn the_summary_lists_places_for_programs_too() {
     let summary: Value = serde_json::from_str(&out).unwrap();
     assert!(summary["robots"][0]["notes"][0].as_str().unwrap().starts_with("A: T, branch"), "{summary}");
 }
+
+/// The shipped team: three robots divide a floor between them, and all have the same map of it.
+#[test]
+fn three_hueys_explore_a_floor_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = repository().join("configs/huey-team.toml");
+    let (code, out, errors) = call(folder.path(), &["run", config.to_str().unwrap(), "--no-record"]);
+    assert_eq!(code, 0, "{errors}");
+    for robot in ["ann", "bob", "cleo"] {
+        assert!(errors.contains(&format!("{robot}/geographer: all is explored: 25 places, 28 corridors")), "{errors}");
+    }
+    // What all have found is told once.
+    assert!(out.contains("ann found") && !out.contains("bob found"), "{out}");
+    let map = |robot: &str| -> PlacesFile {
+        serde_json::from_slice(&fs::read(folder.path().join("out").join(robot).join("places.json")).unwrap()).unwrap()
+    };
+    let ann = map("ann");
+    assert_eq!((ann.places.len(), ann.corridors.len()), (25, 28));
+    assert!(ann.places.iter().all(|place| place.left_deg.is_empty()));
+    assert_eq!((map("bob"), map("cleo")), (ann.clone(), ann));
+}
+
+/// What robots tell each other is the same on any number of threads.
+#[test]
+fn a_team_is_the_same_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = repository().join("configs/huey-team.toml");
+    let hash = |threads: &str, links: &str| {
+        let mission = fs::read_to_string(&config).unwrap().replace("seed = 1\n", &format!("seed = 1\nlinks = \"{links}\"\n"));
+        let worlds = repository().join("configs/worlds/team-floor.toml");
+        let file = folder.path().join("team.toml");
+        fs::write(&file, mission.replace("worlds/team-floor.toml", worlds.to_str().unwrap())).unwrap();
+        let (_, out, errors) = call(folder.path(), &["run", "team.toml", "--for", "240", "--threads", threads, "--json"]);
+        let summary: Value = serde_json::from_str(&out).unwrap_or_else(|_| panic!("{errors}"));
+        summary["recording_hash"].as_str().unwrap().to_owned()
+    };
+    let one = hash("1", "direct");
+    assert_eq!([hash("2", "direct"), hash("3", "direct")], [one.clone(), one]);
+    assert_eq!(hash("1", "shared"), hash("3", "shared"));
+}

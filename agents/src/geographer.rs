@@ -17,6 +17,8 @@ mod compass;
 pub mod export;
 mod map;
 mod team;
+#[cfg(test)]
+mod tests;
 mod tour;
 
 use std::{cell::RefCell, rc::Rc, time::Duration};

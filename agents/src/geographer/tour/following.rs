@@ -11,7 +11,7 @@ use orienteer_runtime::{
 
 use super::{GIVE_WAY, LOOKS, Tour, reckoning::is_on_line};
 
-/// Who comes on by less has been stopped by the same thing again, m.
+/// Who is stopped so near to where it was stopped before, m, has been stopped by the same thing.
 const STUCK: f64 = 0.30;
 /// Whoever stands where a corridor may end has so long to go away, each time that the robot looks.
 const GO_AWAY: Duration = Duration::from_secs(8);
@@ -25,34 +25,31 @@ impl Tour {
     /// `None` if the way is lost.
     pub(super) async fn follow(&mut self, from: Pose) -> Result<Option<CorridorReport>, Aborted> {
         let (mut closed, mut lost, mut overrides) = (0, 0, 0);
-        // How far it followed the corridor to where it is now, m.
-        let mut came = 0.0;
+        // Where the way was last found closed.
+        let mut end: Option<Pose> = None;
         loop {
             let Some(mut report) = self.order_follower().await? else { return Ok(None) };
             let disturbed = report.overrides > 0;
             overrides += report.overrides;
             report.overrides = overrides;
             let on_line = is_on_line(from, self.here());
+            let is_closed = report.opening() == Opening::DeadEnd;
             match report.opening() {
                 Opening::DeadEnd => {
                     lost += u32::from(!on_line);
-                    let moved = report.length.abs() >= STUCK;
-                    if moved {
-                        came = report.length;
-                    }
+                    let again = end.replace(report.pose).is_some_and(|end| end.distance(&report.pose) < STUCK);
                     // Who stepped aside for somebody may have met nobody but them.
-                    closed = match moved {
+                    closed = match again {
                         _ if disturbed || !on_line => 0,
-                        true => 1,
-                        false => closed + 1,
+                        true => closed + 1,
+                        false => 1,
                     };
                     if closed >= LOOKS {
-                        if came >= RUN_IN {
+                        if report.length >= RUN_IN {
                             return Ok(Some(report));
                         }
                         // Somebody stood in a corner, perhaps, and has gone: the follower has to see the walls before it.
                         (closed, lost) = (0, lost + 1);
-                        self.back_on_line(from, report.pose.then(Pose::new(-RUN_UP, 0.0, 0.0))).await;
                     }
                 }
                 Opening::Lost => lost += 1,
@@ -62,7 +59,10 @@ impl Tour {
                 return Ok(None);
             }
             self.rest(if closed > 0 { GO_AWAY } else { GIVE_WAY }).await?;
-            if !on_line {
+            if is_closed {
+                // If it was somebody, they may have stood where the corridor opens to a side.
+                self.back_on_line(from, report.pose.then(Pose::new(-RUN_UP, 0.0, 0.0))).await;
+            } else if !on_line {
                 self.back_on_line(from, self.here()).await;
             }
         }
