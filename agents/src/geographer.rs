@@ -82,7 +82,8 @@ impl Behaviour for Geographer {
         self.chart.borrow_mut().hear(now, inputs);
         if !self.chart.borrow().stands_by() && self.script.step(now, inputs, out).is_some() {
             let map = &self.chart.borrow().map;
-            out.announce(format!("all is explored: {} places, {} corridors", map.places().len(), map.corridors().count()));
+            let what = if map.unexplored() == 0 { "all is explored" } else { "what can be reached is explored" };
+            out.announce(format!("{what}: {} places, {} corridors", map.places().len(), map.corridors().count()));
             self.done = Some(now);
         }
         if self.is_through() && self.config.finish {

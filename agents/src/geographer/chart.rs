@@ -56,6 +56,8 @@ pub struct Chart {
     pub named: u32,
     /// It has no part in the team's map.
     stands_by: bool,
+    /// When the map last changed.
+    pub changed: Time,
     /// What it last said of itself, and when.
     said: Option<(Time, Sign)>,
 }
@@ -74,6 +76,7 @@ impl Chart {
         self.team.settle(now);
         for TeamPlacesChange { change, robot, .. } in inputs.each() {
             let number = change.number;
+            self.changed = now;
             let change = Change::heard(change).filter(|_| !self.stands_by);
             let place = change.and_then(|change| self.map.apply(change));
             if *robot == self.me {

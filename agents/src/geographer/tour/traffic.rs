@@ -9,6 +9,8 @@ use crate::geographer::{compass::Quarter, map::Exit};
 const PAUSE: Duration = Duration::from_millis(500);
 /// Who has made way stays away for so long.
 const COURTESY: Duration = Duration::from_secs(5);
+/// Whoever waits for others to find something waits no longer than this.
+const STALLED: Duration = Duration::from_secs(3600);
 /// All robots hear of a claim within so many steps.
 const HEARD: u32 = 20;
 
@@ -32,7 +34,10 @@ impl Tour {
             self.rest(COURTESY).await.ok();
         }
         loop {
-            let plan = self.plan(standing);
+            let plan = match self.plan(standing) {
+                Plan::HeldUp(_) | Plan::Wait if self.is_stalled() => Plan::Idle,
+                plan => plan,
+            };
             if let Plan::Go(exit, goal) = plan {
                 if self.claim(exit, Some(goal)).await {
                     return Some(exit.1);
@@ -55,6 +60,11 @@ impl Tour {
             }
             self.rest(PAUSE).await.ok();
         }
+    }
+
+    /// Nobody has found anything for so long that nobody will: somebody stands for good where there is no way round.
+    fn is_stalled(&self) -> bool {
+        self.pilot.now().since(self.chart.borrow().changed) > STALLED
     }
 
     fn plan(&self, standing: &Standing) -> Plan {
