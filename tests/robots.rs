@@ -34,12 +34,12 @@ fn robots_with_a_ring_to_see_by_patrol_a_floor() {
     }
 }
 
-/// A Pioneer that somebody has put down a hand's breadth or less from a wall, or into a corner, whichever way it looks: it
+/// A Pioneer that somebody has put down a hand's breadth or less from a wall, into a corner, or before one, whichever way it looks: it
 /// has gone its way within two minutes and a half, and touched nothing.
 #[test]
 fn a_robot_that_was_put_down_at_a_wall_or_in_a_corner_gets_away() {
     let ring = "[[room]]\ncorners = [[0, 0], [14, 12]]\n[[box]]\ncenter = [7, 6]\nsize = [10.4, 8.4]\n";
-    for (x, y) in [(13.72, 5.0), (13.6, 3.0), (13.72, 0.28), (0.4, 11.6)] {
+    for (x, y) in [(13.72, 5.0), (13.6, 3.0), (13.72, 0.28), (0.4, 11.6), (1.78, 1.48)] {
         for heading in (-180..180).step_by(60) {
             let text = format!(
                 "[mission]\nduration = 150\nlinks = 'direct'\n[record]\nenabled = false\n[world]\nfile = 'ring.toml'\n[[robot]]\n\
