@@ -98,7 +98,7 @@ impl Behaviour for Geographer {
         let map = &self.chart.borrow().map;
         last_words.fact("places_found", map.places().len() as f64);
         last_words.fact("corridors_found", map.corridors().count() as f64);
-        last_words.fact("places_named", f64::from(self.chart.borrow().named));
+        last_words.fact("places_added", f64::from(self.chart.borrow().added));
         last_words.fact("ways_left", map.unexplored() as f64);
         if let Some(done) = self.done {
             last_words.fact("explored_s", done.as_secs_f64());

@@ -52,8 +52,8 @@ pub struct Chart {
     /// How many changes it has told, and how many of them it has heard, with the place that the last one was about.
     told: u32,
     heard: (u32, Option<NodeIndex>),
-    /// How many places it has named.
-    pub named: u32,
+    /// How many places of the map it has found.
+    pub added: u32,
     /// It has no part in the team's map.
     stands_by: bool,
     /// When the map last changed.

@@ -195,7 +195,7 @@ impl Tour {
                 return Ok(Arrived::Astray);
             };
             standing.place = place;
-            self.chart.borrow_mut().named += 1;
+            self.chart.borrow_mut().added += 1;
         }
         if let (Some(departure), Some(length)) = (departure, length.filter(|_| short == 0.0)) {
             let (from, to) = ((departure.place, departure.arm), (standing.place, facing.back()));
