@@ -197,6 +197,32 @@ fn what_a_driver_refuses_is_shown_where_it_stands() {
     assert!(code == 2 && errors.contains(&format!("a.toml:5:{}\n", 7 + base.find("\"wheelchair").unwrap() + 1)), "{errors}");
 }
 
+/// `check` says of a mission that can't be run for want of open files that it can't, before anybody waits for it.
+#[test]
+fn more_links_in_shared_memory_than_there_can_be_are_remarked_on() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("hall.toml"), "[[room]]\ncorners = [[0, 0], [400, 10]]\n").unwrap();
+    let checked = |links: &str, robots: u32| {
+        let text = format!(
+            "[mission]\nlinks = \"{links}\"\n[world]\nfile = \"hall.toml\"\n[[robot]]\nname = \"r\"\ncount = {robots}\nstart = {{ x = 2, y = 5 }}\n\
+             spacing = {{ columns = {robots}, x = 2 }}\nbase = {{ driver = \"sim\" }}\nsonar = {{ driver = \"sim\", ring = \"denning-16\" }}\n"
+        );
+        fs::write(folder.path().join("a.toml"), text).unwrap();
+        let program = assert_cmd::cargo::cargo_bin("orienteer");
+        let out = std::process::Command::new("sh")
+            .args(["-c", "ulimit -n 2000; exec \"$0\" check a.toml", program.to_str().unwrap()])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let text = String::from_utf8(out.stdout).unwrap();
+        assert!(out.status.success(), "{text}{}", String::from_utf8_lossy(&out.stderr));
+        text.replace("\n  ", " ")
+    };
+    assert!(checked("shared", 60).contains("open files, and this process may have 2000"), "{}", checked("shared", 60));
+    assert!(!checked("shared", 3).contains("open files"));
+    assert!(!checked("direct", 60).contains("open files"));
+}
+
 /// Whoever drives one body with the size and the brakes of another should know, and may want to.
 #[test]
 fn a_platform_that_is_another_robots_is_remarked_on() {

@@ -46,6 +46,13 @@ fn compare(wanted: u64, free: u64, limit: u64) -> Result<(), TooFewDescriptors> 
     Err(TooFewDescriptors { limit, needed: limit.saturating_sub(free).saturating_add(wanted) })
 }
 
+/// How many files a process may have open at a time, after its limit was raised as far as this user may.
+#[must_use]
+pub fn most() -> u64 {
+    raise_limit();
+    limit()
+}
+
 /// Lifts the limit as far as this user may.
 pub(crate) fn raise_limit() {
     let limit = getrlimit(Resource::Nofile);

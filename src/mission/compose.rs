@@ -122,6 +122,12 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         };
         robots.push(plan);
     }
+    if settings.links == Backend::Shared
+        && let Some(text) = remarks::of_descriptors(&robots)
+    {
+        let robots = mission.robots.iter().map(|robot| robot.name.clone()).collect();
+        remarks.push(Remark { robots, text, location: None });
+    }
     let period = builder.period;
     let Mission { settings, record, .. } = mission;
     Ok(Composed { settings, record, robots, arena, period, epoch, leader, sources, file, remarks })

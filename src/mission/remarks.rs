@@ -1,9 +1,9 @@
 //! What is allowed, but better known before anything moves.
 
-use std::{fmt, time::Duration};
+use std::{collections::BTreeSet, fmt, time::Duration};
 
 use orienteer_hardware::{base::protection::ProtectionConfig, drivers::OpenBase, rings::widest_gap};
-use orienteer_runtime::{config::Location, robot_model::Ring};
+use orienteer_runtime::{config::Location, descriptors, robot::RobotPlan, robot_model::Ring};
 use serde::Serialize;
 
 /// Something about robots that is allowed, but that a person should know before they move.
@@ -44,6 +44,21 @@ pub fn several<S: AsRef<str>>(names: &[S]) -> String {
         [first, _, .., last] if names.len() > 3 => format!("{} ... {} ({})", first.as_ref(), last.as_ref(), names.len()),
         names => names.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "),
     }
+}
+
+/// A topic in shared memory takes so many open files.
+const OF_A_TOPIC: usize = 12;
+
+/// What a person should know who wants more links in shared memory than there can be.
+pub(super) fn of_descriptors(robots: &[RobotPlan]) -> Option<String> {
+    let topics = |robot: &RobotPlan| {
+        let ports = robot.nodes.iter().flat_map(|node| node.wiring.read_ports().iter().chain(node.wiring.write_ports()));
+        ports.map(|port| port.topic).collect::<BTreeSet<_>>().len()
+    };
+    let (needed, most) = (OF_A_TOPIC * robots.iter().map(topics).sum::<usize>(), descriptors::most());
+    (needed as u64 > most).then(|| {
+        format!("links in shared memory take about {needed} open files, and this process may have {most}: say `mission.links = \"direct\"`")
+    })
 }
 
 /// Narrower than this, m, is less than anybody's leg.
