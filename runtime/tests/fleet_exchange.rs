@@ -36,7 +36,7 @@ impl Gossip {
         let step = now.as_nanos() / PERIOD.as_nanos() as u64;
         (0..if step.is_multiple_of(3) { 2 } else { 1 }).map(move |word| Whereabouts {
             stamp: now,
-            is_idle: word,
+            state: word,
             ..Whereabouts::default()
         })
     }

@@ -45,8 +45,10 @@ static FAMILIES: [&Family; 2] = [&PIONEER, &CREATE];
 const PERIOD: f64 = 0.05 + 0.01;
 /// The longest that any base here may go on, s.
 const LONGEST_STOP: f64 = 2.0;
-/// A robot that does not drive for so long is stuck, or nobody has gone on.
+/// Who neither drives nor turns for so long has not gone on.
 const PATIENCE: Duration = Duration::from_secs(40);
+/// Who does not drive for so long is stuck.
+const STUCK: Duration = Duration::from_secs(120);
 /// How long what was taken away stays away, beyond the time in which the base must stand.
 const AWAY: Duration = Duration::from_millis(500);
 
@@ -161,7 +163,7 @@ fn rows_of<'a>(name: &str, axe: &Axe, felt: impl Iterator<Item = &'a Felt>) -> [
             1000.0 * stood,
             "ms",
         ),
-        Row::information(format!("{name}: {}: drives again after, median", axe.words), median, "s"),
+        Row::information(format!("{name}: {}: goes on after, median", axe.words), median, "s"),
     ]
 }
 
@@ -251,11 +253,11 @@ fn one_robot(name: &str, seed: u64, work: &Work, tell: &(dyn Fn() + Sync), rando
     fs::write(folder.path().join("mission.toml"), mission).map_err(SuiteError::from_display)?;
     let mut crew = Crew::new(folder.path());
     crew.muster()?;
-    drives(&robot, &crew, "at the start")?;
+    or_last_words(robot.drives(STUCK), &robot, &crew, "drive at the start")?;
     while let Some(blow) = work.next() {
         tell();
         let axe = &work.family.blows[blow];
-        drives(&robot, &crew, &format!("before: {}", axe.words))?;
+        or_last_words(robot.drives(STUCK), &robot, &crew, &format!("drive before: {}", axe.words))?;
         thread::sleep(Duration::from_secs_f64(random.random_range(0.0..1.0)));
         let (began, before) = (Instant::now(), robot.collisions());
         axe.strike(&mut crew, &robot);
@@ -265,7 +267,7 @@ fn one_robot(name: &str, seed: u64, work: &Work, tell: &(dyn Fn() + Sync), rando
         axe.heal(&mut crew, &robot);
         crew.muster()?;
         let back = Instant::now();
-        let drove = drives(&robot, &crew, &format!("after: {}", axe.words));
+        let drove = or_last_words(robot.goes_on(PATIENCE), &robot, &crew, &format!("go on after: {}", axe.words));
         let went_on = drove.as_ref().map_or(f64::INFINITY, |when| when.saturating_duration_since(back).as_secs_f64());
         let collisions = robot.collisions() - before;
         work.felt().push(Felt { blow, stood, went_on, collisions });
@@ -277,13 +279,9 @@ fn one_robot(name: &str, seed: u64, work: &Work, tell: &(dyn Fn() + Sync), rando
     Ok(())
 }
 
-/// Waits until the robot drives.
-fn drives(robot: &Watched, crew: &Crew<'_>, what: &str) -> Result<Instant, SuiteError> {
-    robot.drives(PATIENCE).ok_or_else(|| {
-        SuiteError(format!(
-            "a robot did not drive {what}; it is {}, and they said last:\n{}",
-            robot.describe(),
-            crew.last_words()
-        ))
+/// When the robot did what was waited for; what is known of it if it did not.
+fn or_last_words(when: Option<Instant>, robot: &Watched, crew: &Crew<'_>, what: &str) -> Result<Instant, SuiteError> {
+    when.ok_or_else(|| {
+        SuiteError(format!("a robot did not {what}; it is {}, and they said last:\n{}", robot.describe(), crew.last_words()))
     })
 }

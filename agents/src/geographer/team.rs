@@ -53,6 +53,8 @@ pub struct Sign {
     pub held_up_by: Option<u32>,
     /// It has found nothing more to explore.
     pub is_idle: bool,
+    /// Every way that it knows out of its place is somebody else's: it can't make way.
+    pub is_shut_in: bool,
 }
 
 impl Sign {
@@ -71,7 +73,7 @@ impl Sign {
             way: exit(self.way),
             goal: exit(self.goal),
             held_up_by: self.held_up_by.unwrap_or(NOWHERE),
-            is_idle: u32::from(self.is_idle),
+            state: u32::from(self.is_idle) | (u32::from(self.is_shut_in) << 1),
         }
     }
 
@@ -89,7 +91,8 @@ impl Sign {
             way: exit(told.way),
             goal: exit(told.goal),
             held_up_by: known(told.held_up_by),
-            is_idle: told.is_idle == 1,
+            is_idle: told.state & 1 != 0,
+            is_shut_in: told.state & 2 != 0,
         }
     }
 }
@@ -170,12 +173,12 @@ impl Team {
         self.mates().find(|(_, mate)| near(mate)).map(|(robot, _)| robot)
     }
 
-    /// Where somebody is who waits for the robot to go away. A robot that has time makes way for all, of two who wait for each other the one that comes later in
-    /// the mission.
+    /// Somebody who waits for the robot to go away, and where they are. A robot that has time makes way for all; of two who wait for each other the one that comes later in
+    /// the mission, unless it can't.
     #[must_use]
-    pub fn asks_to_go(&self, has_time: bool) -> Option<Point2<f64>> {
-        let asks = |robot: u32, mate: &Sign| mate.held_up_by == Some(self.me) && (has_time || robot < self.me);
-        self.mates().find(|(robot, mate)| asks(*robot, mate)).map(|(_, mate)| mate.pose.point())
+    pub fn asks_to_go(&self, has_time: bool) -> Option<(u32, Point2<f64>)> {
+        let asks = |robot: u32, mate: &Sign| mate.held_up_by == Some(self.me) && (has_time || robot < self.me || mate.is_shut_in);
+        self.mates().find(|(robot, mate)| asks(*robot, mate)).map(|(robot, mate)| (robot, mate.pose.point()))
     }
 
     /// True if that robot, met in a corridor, waits for this one as well, and comes before it in the mission.

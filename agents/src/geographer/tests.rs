@@ -62,7 +62,7 @@ fn who_was_built_anew_in_a_team_stands_by() {
     let (geographer, out) = first_step(3, 7.0);
     assert!(out.said().iter().any(|line| line.level == Level::WARN && line.text.contains("stands by")), "{:?}", out.said());
     let said = out.published::<Whereabouts>();
-    assert_eq!(said.iter().map(|word| (word.is_idle, word.has_spot)).collect::<Vec<_>>(), [(1, 0)]);
+    assert_eq!(said.iter().map(|word| (word.state, word.has_spot)).collect::<Vec<_>>(), [(1, 0)]);
     assert!(geographer.is_through(), "nobody else has anything to explore");
 }
 

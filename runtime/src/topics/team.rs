@@ -105,8 +105,8 @@ pub struct Whereabouts {
     pub goal: [u32; 2],
     /// The robot that is in its way, by its place in the mission; [`NOWHERE`] if none is.
     pub held_up_by: u32,
-    /// 1 if it has found nothing more to explore.
-    pub is_idle: u32,
+    /// Bit 0: it has found nothing more to explore. Bit 1: every way that it knows out of its place is somebody else's.
+    pub state: u32,
 }
 
 impl Default for Whereabouts {
@@ -121,7 +121,7 @@ impl Default for Whereabouts {
             way: [NOWHERE; 2],
             goal: [NOWHERE; 2],
             held_up_by: NOWHERE,
-            is_idle: 0,
+            state: 0,
         }
     }
 }

@@ -26,6 +26,8 @@ use crate::emulate::{self, EmulatedRobot, Options, Start};
 pub const BRAKING: Duration = Duration::from_millis(1200);
 /// A robot that moves faster than this, m/s, drives.
 const DRIVES: f64 = 0.1;
+/// A robot that turns faster than this, rad/s, turns.
+const TURNS: f64 = 0.2;
 /// For so long it is known how the robot moved.
 const REMEMBERED: Duration = Duration::from_secs(20);
 
@@ -120,10 +122,19 @@ impl Watched {
 
     /// Waits until it drives, and says when it did.
     pub fn drives(&self, patience: Duration) -> Option<Instant> {
+        self.moves(patience, |twist| twist.linear.abs() > DRIVES)
+    }
+
+    /// Waits until it drives, or turns on the spot: who was left across its corridor has to find the way first. Says when it did.
+    pub fn goes_on(&self, patience: Duration) -> Option<Instant> {
+        self.moves(patience, |twist| twist.linear.abs() > DRIVES || twist.angular.abs() > TURNS)
+    }
+
+    fn moves(&self, patience: Duration, so: impl Fn(&Twist) -> bool) -> Option<Instant> {
         let began = Instant::now();
         while began.elapsed() < patience {
             if let Some((when, twist)) = self.state().moved.back()
-                && twist.linear.abs() > DRIVES
+                && so(twist)
             {
                 return Some(*when);
             }

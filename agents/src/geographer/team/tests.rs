@@ -60,6 +60,7 @@ fn signs_come_out_as_they_went_in() {
         goal: Some((place(2), WEST)),
         held_up_by: Some(2),
         is_idle: true,
+        is_shut_in: true,
     };
     for sign in [sign, Sign::default()] {
         assert_eq!(Sign::heard(&sign.told(Time::START)), sign);
@@ -147,5 +148,7 @@ fn the_later_one_makes_way_and_the_idle_one_for_all() {
     first.hear(1, &waits(0).told(Time::START));
     assert!(first.asks_to_go(false).is_none());
     assert!(first.asks_to_go(true).is_some());
+    first.hear(1, &Sign { is_shut_in: true, ..waits(0) }.told(Time::START));
+    assert!(first.asks_to_go(false).is_some(), "the later one can't");
     assert!(team(waits(1)).has_to_turn_back(0) && !first.has_to_turn_back(1));
 }

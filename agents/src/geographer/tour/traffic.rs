@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::{Standing, Tour};
-use crate::geographer::{compass::Quarter, map::Exit};
+use crate::geographer::{compass::Quarter, map::Exit, team::Sign};
 
 /// How often a robot that has to wait looks whether it still has to.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -24,6 +24,16 @@ enum Plan {
     Wait,
     /// Nowhere: nothing is left.
     Idle,
+}
+
+/// Whether a robot makes way.
+enum Aside {
+    /// Nobody asks it to, or nobody else is in the way; it may be shut in all the same.
+    Stay { is_shut_in: bool },
+    /// By this way out.
+    Go(Exit),
+    /// It would, but that robot is in the way.
+    HeldUp(u32),
 }
 
 impl Tour {
@@ -51,12 +61,18 @@ impl Tour {
                 }
             }
             let has_time = matches!(plan, Plan::Idle | Plan::Wait);
-            if let Some(exit) = self.way_aside(standing, has_time)
-                && self.claim(exit, None).await
-            {
-                self.has_made_way = true;
-                self.pilot.say("makes way");
-                return Some(exit.1);
+            match self.way_aside(standing, has_time) {
+                Aside::Go(exit) if self.claim(exit, None).await => {
+                    self.has_made_way = true;
+                    self.pilot.say("makes way");
+                    return Some(exit.1);
+                }
+                Aside::HeldUp(by) => {
+                    let own = &mut self.chart.borrow_mut().own;
+                    (own.held_up_by, own.is_shut_in) = (Some(by), true);
+                }
+                Aside::Stay { is_shut_in } => self.chart.borrow_mut().own.is_shut_in = is_shut_in,
+                Aside::Go(_) => {}
             }
             self.rest(PAUSE).await.ok();
         }
@@ -92,7 +108,7 @@ impl Tour {
         {
             let mut chart = self.chart.borrow_mut();
             let own = &mut chart.own;
-            (own.way, own.goal, own.since, own.held_up_by, own.is_idle) = (Some(exit), goal, since, None, false);
+            *own = Sign { way: Some(exit), goal, since, held_up_by: None, is_idle: false, is_shut_in: false, ..*own };
             if !chart.has_mates() {
                 return true;
             }
@@ -121,18 +137,19 @@ impl Tour {
     }
 
     /// If somebody waits for the robot to go: the corridor by which it can, to the place that is farthest from them.
-    fn way_aside(&self, standing: &Standing, has_time: bool) -> Option<Exit> {
+    fn way_aside(&self, standing: &Standing, has_time: bool) -> Aside {
         let chart = self.chart.borrow();
         let (map, team, now) = (&chart.map, &chart.team, self.pilot.now());
-        let from = team.asks_to_go(has_time)?;
-        let ways =
-            Quarter::ALL.into_iter().map(|arm| (standing.place, arm)).filter_map(|exit| Some((exit, map.corridor(exit)?.1)));
-        let free = ways.filter(|(exit, _)| team.in_the_way(map, *exit, now).is_none());
-        let farthest = free.max_by(|a, b| {
-            let distance = |exit: Exit| map.place(exit.0).map_or(0.0, |place| (place.at - from).norm());
-            distance(a.1).total_cmp(&distance(b.1))
-        });
-        farthest.map(|(exit, _)| exit)
+        let exits = Quarter::ALL.map(|arm| (standing.place, arm));
+        let ways = exits.into_iter().filter_map(|exit| Some((exit, map.corridor(exit)?.1, team.in_the_way(map, exit, now))));
+        let (free, held): (Vec<_>, Vec<_>) = ways.partition(|(.., by)| by.is_none());
+        let is_shut_in = free.is_empty();
+        let Some((asker, from)) = team.asks_to_go(has_time) else { return Aside::Stay { is_shut_in } };
+        let distance = |place| map.place(place).map_or(0.0, |place| (place.at - from).norm());
+        let farthest = free.into_iter().max_by(|a, b| distance(a.1.0).total_cmp(&distance(b.1.0)));
+        // Whoever is there has to make way first.
+        let by = held.into_iter().filter_map(|(.., by)| by).find(|by| *by != asker);
+        farthest.map(|(exit, ..)| Aside::Go(exit)).or(by.map(Aside::HeldUp)).unwrap_or(Aside::Stay { is_shut_in })
     }
 
     /// Waits until nobody is at a place that the robot has left, or on the way there, and takes it back.
