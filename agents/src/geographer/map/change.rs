@@ -116,9 +116,13 @@ impl Change {
         }
     }
 
-    /// What was heard; `None` if it says nothing.
+    /// What was heard; `None` if it says nothing, or what can't be: one number that is none would spoil the map of all.
     #[must_use]
     pub fn heard(told: &PlacesChange) -> Option<Self> {
+        let numbers = [told.length, told.heading, told.belief].into_iter().chain(told.at).chain(told.covariance);
+        if !numbers.into_iter().all(f64::is_finite) || told.length < 0.0 {
+            return None;
+        }
         let quarter = |arm: u32| Quarter::ALL.get(arm as usize).copied();
         let place = |number: u32| NodeIndex::new(number as usize);
         let exit = |number: u32, arm: u32| Some((place(number), quarter(arm)?));
@@ -207,6 +211,23 @@ mod tests {
             assert_eq!(Change::heard(&change.told(Time::START, 1)), Some(change));
         }
         assert_eq!(Change::heard(&PlacesChange::default()), None);
+    }
+
+    #[test]
+    fn what_is_no_number_changes_nothing() {
+        let told = Change::Found(found(1.0)).told(Time::START, 1);
+        assert!(Change::heard(&told).is_some());
+        let nan = f64::NAN;
+        for spoilt in [
+            PlacesChange { at: [nan, 0.0], ..told },
+            PlacesChange { covariance: [0.1, nan, 0.1], ..told },
+            PlacesChange { belief: nan, ..told },
+            PlacesChange { length: f64::INFINITY, ..told },
+            PlacesChange { length: -1.0, ..told },
+            PlacesChange { heading: nan, ..told },
+        ] {
+            assert_eq!(Change::heard(&spoilt), None, "{spoilt:?}");
+        }
     }
 
     #[test]

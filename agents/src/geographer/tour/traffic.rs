@@ -157,10 +157,13 @@ impl Tour {
         loop {
             {
                 let mut chart = self.chart.borrow_mut();
-                if chart.own.at == Some(standing.place) || chart.team.comes_to(&chart.map, standing.place).is_none() {
+                let by = chart.team.comes_to(&chart.map, standing.place);
+                if chart.own.at == Some(standing.place) || by.is_none() {
                     chart.arrive_at(standing.place);
                     return;
                 }
+                // Who stands there with nothing to do makes way.
+                chart.own.held_up_by = by;
             }
             self.rest(PAUSE).await.ok();
         }
