@@ -5,7 +5,7 @@
 //!
 //! * [`Compass`], [`Quarter`]: corridors meet at right angles;
 //! * [`TopologicalMap`]: places and corridors;
-//! * [`Team`], [`Sign`]: the others, if several robots of a mission explore, and who of them has the right of way;
+//! * [`Team`], [`Presence`]: the others, if several robots of a mission explore, and who of them has the right of way;
 //! * `tour`: what the robot does;
 //! * [`export`]: the map as files.
 //!
@@ -34,8 +34,8 @@ use serde::{Deserialize, Serialize};
 use crate::crumbs::Crumbs;
 use chart::Chart;
 pub use compass::{Compass, Quarter};
-pub use map::{Arm, Change, Corridor, Exit, Place, Route, TopologicalMap};
-pub use team::{Sign, Team};
+pub use map::{Arm, Change, Corridor, Effect, Exit, Place, Route, TopologicalMap};
+pub use team::{Presence, Team};
 use tour::Tour;
 
 /// Parameters of the geographer.
@@ -61,6 +61,9 @@ impl Default for GeographerConfig {
     }
 }
 
+/// Within this time everybody who explores has said where they are.
+const HEARD_OF_ALL: Duration = Duration::from_secs(5);
+
 /// The agent.
 #[derive(Debug)]
 pub struct Geographer {
@@ -80,13 +83,10 @@ impl Behaviour for Geographer {
             self.begin(now, out);
         }
         self.chart.borrow_mut().hear(now, inputs);
-        if !self.chart.borrow().stands_by() && self.script.step(now, inputs, out).is_some() {
-            let map = &self.chart.borrow().map;
-            let what = if map.unexplored() == 0 { "all is explored" } else { "what can be reached is explored" };
-            out.announce(format!("{what}: {} places, {} corridors", map.places().len(), map.corridors().count()));
-            self.done = Some(now);
+        if self.script.step(now, inputs, out).is_some() {
+            self.end(now, out);
         }
-        if self.is_through() && self.config.finish {
+        if self.is_through(now) && self.config.finish {
             out.end_mission();
         }
         if let Some(whereabouts) = self.chart.borrow_mut().whereabouts(now) {
@@ -95,15 +95,20 @@ impl Behaviour for Geographer {
     }
 
     fn finish(&mut self, _now: Time, last_words: &mut Finish) {
-        let map = &self.chart.borrow().map;
+        let chart = self.chart.borrow();
+        // Its map is not that of the others.
+        if chart.own.stands_by && chart.has_mates() {
+            return;
+        }
+        let map = &chart.map;
         last_words.fact("places_found", map.places().len() as f64);
         last_words.fact("corridors_found", map.corridors().count() as f64);
-        last_words.fact("places_added", f64::from(self.chart.borrow().added));
+        last_words.fact("places_added", f64::from(chart.added));
         last_words.fact("ways_left", map.unexplored() as f64);
         if let Some(done) = self.done {
             last_words.fact("explored_s", done.as_secs_f64());
         }
-        if self.chart.borrow().team.speaks_for_all() {
+        if chart.team.speaks_for_all() {
             export::lines(map).into_iter().for_each(|line| last_words.note(line));
         }
         match export::json(map) {
@@ -120,14 +125,29 @@ impl Geographer {
         self.began = Some(now);
         let mut chart = self.chart.borrow_mut();
         if chart.has_mates() && now.since(Time::START) > 3 * self.period {
-            chart.stand_by();
+            chart.own = chart.own.standing_by();
             out.log(Level::WARN, "does not know what the others have found before; stands by while they explore");
         }
     }
 
-    fn is_through(&self) -> bool {
+    /// The tour is over.
+    fn end(&mut self, now: Time, out: &mut Outputs) {
+        self.done = Some(now);
         let chart = self.chart.borrow();
-        if chart.stands_by() { chart.team.is_through() } else { self.done.is_some() }
+        let map = &chart.map;
+        if !chart.own.stands_by {
+            let what = if map.unexplored() == 0 { "all is explored" } else { "what can be reached is explored" };
+            out.announce(format!("{what}: {} places, {} corridors", map.places().len(), map.corridors().count()));
+        } else if !chart.has_heard_itself() {
+            out.log(Level::WARN, "does not hear itself, so its map may not be that of the others; stands by while they explore");
+        }
+    }
+
+    /// True if neither this robot nor any other has anything left to explore. Who stands by has to hear of the others first.
+    fn is_through(&self, now: Time) -> bool {
+        let chart = self.chart.borrow();
+        let has_heard = self.began.is_some_and(|began| now.since(began) > HEARD_OF_ALL);
+        self.done.is_some() && (!chart.own.stands_by || (has_heard && chart.team.is_through()))
     }
 }
 
@@ -150,7 +170,7 @@ impl Agent for Geographer {
         }
         let mut wiring = Wiring::default();
         Self::topics(&mut wiring);
-        let chart = Rc::new(RefCell::new(Chart::new(robot.number(), robot.team.len())));
+        let chart = Rc::new(RefCell::new(Chart::new(robot.number(), robot.mates_with(Self::KIND))));
         let (ring, shared) = (robot.ring.clone(), chart.clone());
         let script = Script::new(&wiring, move |pilot| {
             // Who was built anew must not give an order that was carried out before.

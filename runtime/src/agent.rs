@@ -144,6 +144,15 @@ impl BuildError {
     }
 }
 
+/// A robot of the same mission.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Teammate {
+    /// Its name.
+    pub name: Arc<str>,
+    /// The kinds of its agents.
+    pub agents: Vec<String>,
+}
+
 /// What a node knows of the robot that it runs on. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct RobotContext {
@@ -159,8 +168,8 @@ pub struct RobotContext {
     pub platform: Arc<Platform>,
     /// The sonar ring.
     pub ring: Arc<Ring>,
-    /// The names of all robots of the mission, in its order.
-    pub team: Arc<[Arc<str>]>,
+    /// All robots of the mission, in its order.
+    pub team: Arc<[Teammate]>,
     /// Where the robot starts, map frame.
     pub start: Pose,
     /// Time between two steps.
@@ -179,7 +188,14 @@ impl RobotContext {
     /// The robot's own place in its team.
     #[must_use]
     pub fn number(&self) -> u32 {
-        self.team.iter().position(|name| *name == self.robot).unwrap_or_default() as u32
+        self.team.iter().position(|mate| mate.name == self.robot).unwrap_or_default() as u32
+    }
+
+    /// How many other robots of the mission run an agent of this kind.
+    #[must_use]
+    pub fn mates_with(&self, kind: &str) -> usize {
+        let others = self.team.iter().filter(|mate| mate.name != self.robot);
+        others.filter(|mate| mate.agents.iter().any(|agent| agent == kind)).count()
     }
 
     /// The control period in seconds.

@@ -18,7 +18,8 @@ mod signals;
 use std::{cell::RefCell, ops::ControlFlow, rc::Rc, time::Duration};
 
 pub use control::FleetControl;
-pub(crate) use exchange::{Ear as TeamEar, Exchange, Mouth as TeamMouth, Word, ear, mouth};
+pub use exchange::Crowd;
+pub(crate) use exchange::{Exchange, Hearer as TeamHearer, Teller as TeamTeller, Word, hearer, teller};
 pub use leader::Leader;
 pub(crate) use pulse::{Died, Pulse};
 pub use signals::{Ear, Signals, before_exit};

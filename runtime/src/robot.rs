@@ -217,9 +217,9 @@ fn taps(nodes: &[NodePlan], bus: &RobotBus) -> Result<Vec<Box<dyn Tap>>, LinkErr
 fn exchange(nodes: &[NodePlan], bus: &RobotBus) -> Result<Exchange, LinkError> {
     let mut all = Wiring::default();
     nodes.iter().for_each(|node| all.absorb_exchange(&node.wiring));
-    let mouths = all.told_ports().iter().map(|port| (port.mouth)(bus)).collect::<Result<_, _>>()?;
-    let ears = all.heard_ports().iter().map(|port| (port.ear)(bus)).collect::<Result<_, _>>()?;
-    Ok(Exchange::new(mouths, ears))
+    let tellers = all.told_ports().iter().map(|port| (port.teller)(bus)).collect::<Result<_, _>>()?;
+    let hearers = all.heard_ports().iter().map(|port| (port.hearer)(bus)).collect::<Result<_, _>>()?;
+    Ok(Exchange::new(tellers, hearers))
 }
 
 impl Actor for Robot {

@@ -95,7 +95,8 @@ pub trait Payload: ZeroCopySend + Copy + Default + Debug + Send + Serialize + De
 /// What a robot tells all robots of its mission, itself included.
 ///
 /// A node that declares [`Wiring::tells`](crate::agent::Wiring::tells) publishes it as any other sample. At the beginning of the next step every robot that
-/// [hears](crate::agent::Wiring::hears) it finds it on the topic of [`Heard`](TeamPayload::Heard): in the order of the mission's robots, and of each in the order in which it was said.
+/// [hears](crate::agent::Wiring::hears) it finds it on the topic of [`Heard`](TeamPayload::Heard): in the order of the mission's robots, and of each robot
+/// in the order in which it was said. A robot's words on different topics are in no order.
 pub trait TeamPayload: Payload + Sync {
     /// The same, with who said it.
     type Heard: Payload;

@@ -15,7 +15,7 @@ use orienteer_hardware::{
     sim::{Arena, ArenaClock},
 };
 use orienteer_runtime::{
-    agent::{Behaviour, BuildError, Phase, RobotContext},
+    agent::{Behaviour, BuildError, Phase, RobotContext, Teammate},
     arbitration::{
         Arbitration, Client, Clients,
         sonar::{SafetyFloor, SonarArbiter},
@@ -25,7 +25,7 @@ use orienteer_runtime::{
         Mission, Problem, Problems, SourceId, Sources,
         mission::{ClockKind, HardwarePlace, MissionKeys, RecordKeys, RobotConfig, StartAt},
     },
-    fleet::{Environment, Leader, Still},
+    fleet::{Crowd, Environment, Leader, Still},
     geometry::Pose,
     host::{Factory, NodePlan, panic_text},
     link::{Backend, Bus, BusOptions},
@@ -122,6 +122,9 @@ pub fn compose(loaded: Loaded, registry: &Registry, seed: u64) -> Result<Compose
         };
         robots.push(plan);
     }
+    if let Some(crowd) = Crowd::find(&robots) {
+        return Err(Problems::from(crowded(&crowd, &mission.robots[crowd.robot], &sources)).into());
+    }
     if settings.links == Backend::Shared
         && let Some(text) = remarks::of_descriptors(&robots)
     {
@@ -158,9 +161,19 @@ fn open_arena(mission: &Mission, sources: &mut Sources, streams: Streams) -> Res
     mission.world.as_ref().map(|world| open_world(world, sources, streams)).transpose()
 }
 
-/// The names of all robots.
-fn team(mission: &Mission) -> Arc<[Arc<str>]> {
-    mission.robots.iter().map(|robot| Arc::from(robot.name.as_str())).collect()
+fn crowded(Crowd { topic, most, .. }: &Crowd, robot: &RobotConfig, sources: &Sources) -> Problem {
+    let message = format!("more than {most} robots tell each other `{topic}`");
+    let hint = format!("at most {most} robots can hear each other: leave the agent out here, or make two missions of it");
+    Problem::new(sources, &robot.span, message, hint)
+}
+
+/// All robots, as they know each other.
+fn team(mission: &Mission) -> Arc<[Teammate]> {
+    let mate = |robot: &RobotConfig| Teammate {
+        name: Arc::from(robot.name.as_str()),
+        agents: robot.agents.iter().map(|agent| agent.kind.clone()).collect(),
+    };
+    mission.robots.iter().map(mate).collect()
 }
 
 #[derive(Clone, Copy)]
@@ -175,7 +188,7 @@ struct RobotBuilder<'a> {
     bus: &'a Bus,
     epoch: &'a Epoch,
     lines: &'a Lines,
-    team: &'a Arc<[Arc<str>]>,
+    team: &'a Arc<[Teammate]>,
 }
 
 /// A robot's devices, opened, and what every node has to know of the robot.
@@ -201,7 +214,7 @@ impl<'a> RobotBuilder<'a> {
         arena: Option<&'a Arc<Arena>>,
         streams: Streams,
         bus: &'a Bus,
-        (epoch, lines, team): (&'a Epoch, &'a Lines, &'a Arc<[Arc<str>]>),
+        (epoch, lines, team): (&'a Epoch, &'a Lines, &'a Arc<[Teammate]>),
     ) -> Self {
         let period = Duration::from_secs_f64(1.0 / settings.control_rate_hz);
         let wall = settings.clock == ClockKind::Wall;

@@ -1,6 +1,5 @@
 //! What a robot knows while it explores: the map that it shares, those it shares it with, and where it stands itself.
 
-use nalgebra::Point2;
 use orienteer_runtime::{
     agent::Inputs,
     geometry::Pose,
@@ -11,7 +10,7 @@ use petgraph::graph::NodeIndex;
 
 use super::{
     map::{Change, TopologicalMap},
-    team::{Sign, Team},
+    team::{Presence, Team},
 };
 
 /// Where the robot stood at a place: one pose, in the frame of the map and in that of the odometry.
@@ -42,30 +41,28 @@ pub struct Chart {
     pub map: TopologicalMap,
     pub team: Team,
     /// What the robot says of itself.
-    pub own: Sign,
+    pub own: Presence,
     /// Where it last stood at a place that it knows.
     pub fix: Option<Fix>,
     /// Its place in the mission.
     me: u32,
-    /// There are other robots.
+    /// Others explore as well.
     has_mates: bool,
     /// How many changes it has told, and how many of them it has heard, with the place that the last one was about.
     told: u32,
     heard: (u32, Option<NodeIndex>),
     /// How many places of the map it has found.
     pub added: u32,
-    /// It has no part in the team's map.
-    stands_by: bool,
-    /// When the map last changed.
+    /// When something was last found.
     pub changed: Time,
     /// What it last said of itself, and when.
-    said: Option<(Time, Sign)>,
+    said: Option<(Time, Presence)>,
 }
 
 impl Chart {
-    /// For the robot with this place in a mission of so many.
-    pub fn new(me: u32, robots: usize) -> Self {
-        Self { me, has_mates: robots > 1, team: Team::of(me), ..Self::default() }
+    /// For the robot with this place in a mission in which so many others explore.
+    pub fn new(me: u32, mates: usize) -> Self {
+        Self { me, has_mates: mates > 0, team: Team::of(me), ..Self::default() }
     }
 
     /// Hears what the team has to say.
@@ -75,16 +72,24 @@ impl Chart {
         }
         self.team.settle(now);
         for TeamPlacesChange { change, robot, .. } in inputs.each() {
-            let number = change.number;
-            self.changed = now;
-            let change = Change::heard(change).filter(|_| !self.stands_by);
-            let place = change.and_then(|change| self.map.apply(change));
-            if *robot == self.me {
-                self.heard = (number, place);
-            }
+            self.hear_change(now, change, *robot == self.me);
         }
         if let Some(estimate) = inputs.latest::<PoseEstimate>() {
             self.own.pose = self.in_map(estimate.pose);
+        }
+    }
+
+    fn hear_change(&mut self, now: Time, told: &PlacesChange, is_own: bool) {
+        let change = Change::heard(told).filter(|_| !self.own.stands_by);
+        let is_place = matches!(change, Some(Change::Found(_)));
+        let effect = change.and_then(|change| self.map.apply(change));
+        let is_news = effect.is_some_and(|effect| effect.is_news);
+        if is_news {
+            self.changed = now;
+        }
+        if is_own {
+            self.heard = (told.number, effect.and_then(|effect| effect.place));
+            self.added += u32::from(is_place && is_news);
         }
     }
 
@@ -99,15 +104,20 @@ impl Chart {
         change.told(now, self.told)
     }
 
-    /// True if all that the robot has told is in the map; the place that the last change was about.
-    pub fn is_up_to_date(&self) -> Option<Option<NodeIndex>> {
-        (self.heard.0 == self.told).then_some(self.heard.1)
+    /// True if all that the robot has told is in the map.
+    pub fn has_heard_itself(&self) -> bool {
+        self.heard.0 == self.told
+    }
+
+    /// The place that the last change it has heard of itself was about.
+    pub fn last_place(&self) -> Option<NodeIndex> {
+        self.heard.1
     }
 
     /// Where the robot is, if it is time to say so.
     pub fn whereabouts(&mut self, now: Time) -> Option<Whereabouts> {
-        let still = Sign { pose: Pose::default(), ..self.own };
-        let is_news = self.said.is_none_or(|(when, sign)| sign != still || now.since(when).as_secs_f64() >= REPEATED);
+        let still = Presence { pose: Pose::default(), ..self.own };
+        let is_news = self.said.is_none_or(|(when, said)| said != still || now.since(when).as_secs_f64() >= REPEATED);
         if !self.has_mates || !is_news {
             return None;
         }
@@ -117,28 +127,7 @@ impl Chart {
 
     /// The robot is at a place.
     pub fn arrive_at(&mut self, place: NodeIndex) {
-        let spot = self.map.place(place).map(|place| place.at);
-        self.own = Sign { at: Some(place), spot, pose: self.own.pose, ..Sign::default() };
-    }
-
-    /// The robot has come to a place that has no name yet. It still keeps others from the corridor that it came by.
-    pub fn arrive_at_new(&mut self, spot: Point2<f64>) {
-        self.own = Sign { at: None, spot: Some(spot), goal: None, ..self.own };
-    }
-
-    /// The robot does not know where it is.
-    pub fn go_astray(&mut self) {
-        self.own = Sign { pose: self.own.pose, ..Sign::default() };
-    }
-
-    /// The robot has no part in the team's map, and is in nobody's way for long.
-    pub fn stand_by(&mut self) {
-        (self.stands_by, self.own.is_idle) = (true, true);
-    }
-
-    /// True if it has no part in the team's map.
-    pub fn stands_by(&self) -> bool {
-        self.stands_by
+        self.own = self.own.stays_at(place, self.map.place(place).map(|place| place.at));
     }
 
     /// True if there may be others.

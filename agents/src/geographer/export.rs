@@ -11,7 +11,7 @@ use super::{Arm, Quarter, TopologicalMap};
 pub struct PlacesFile {
     /// All places, in the order in which they were found.
     pub places: Vec<PlaceEntry>,
-    /// All corridors, in the order in which they were gone.
+    /// All corridors.
     pub corridors: Vec<CorridorEntry>,
 }
 
@@ -56,7 +56,7 @@ pub struct CorridorEntry {
 /// The map as data.
 #[must_use]
 pub fn file(map: &TopologicalMap) -> PlacesFile {
-    let compass = map.known_compass();
+    let compass = map.compass();
     let degrees = |quarter: Quarter| compass.map_or(0.0, |compass| round(compass.heading(quarter).to_degrees()));
     let places = map.places().map(|(_, place)| {
         let ways = |chosen: fn(Arm) -> bool| {

@@ -14,7 +14,7 @@ use petgraph::{
     visit::{EdgeFiltered, EdgeRef},
 };
 
-pub use change::Change;
+pub use change::{Change, Effect};
 
 use super::compass::{Compass, Quarter};
 
@@ -88,14 +88,16 @@ const ACROSS: f64 = 0.02;
 const STOPS: f64 = 0.05;
 
 impl TopologicalMap {
-    /// The directions of the floor. The first to ask says which heading a corridor has, rad.
-    pub fn compass(&mut self, heading: f64) -> Compass {
-        *self.compass.get_or_insert_with(|| Compass::new(heading))
+    /// A corridor has this heading, rad. True if it is the first, and gives the floor its directions.
+    pub fn set_compass(&mut self, heading: f64) -> bool {
+        let is_first = self.compass.is_none();
+        self.compass.get_or_insert_with(|| Compass::new(heading));
+        is_first
     }
 
     /// The directions of the floor, once a corridor is known.
     #[must_use]
-    pub fn known_compass(&self) -> Option<Compass> {
+    pub fn compass(&self) -> Option<Compass> {
         self.compass
     }
 
@@ -104,7 +106,7 @@ impl TopologicalMap {
         self.graph.node_indices().map(|node| (node, &self.graph[node]))
     }
 
-    /// All corridors, in the order in which they were gone.
+    /// All corridors, in the order in which they were gone unless one was found to lead elsewhere.
     pub fn corridors(&self) -> impl Iterator<Item = &Corridor> {
         self.graph.edge_weights()
     }
@@ -151,15 +153,17 @@ impl TopologicalMap {
         self.graph.add_node(place)
     }
 
-    /// A place is something else than it was thought to be. Arms that were gone, or tried, stay what they turned out to be.
-    pub fn rename(&mut self, place: NodeIndex, to: Place) {
-        let Some(place) = self.graph.node_weight_mut(place) else { return };
+    /// A place is something else than it was thought to be. Arms that were gone, or tried, stay what they turned out to be. True if other arms are ways now.
+    pub fn rename(&mut self, place: NodeIndex, to: Place) -> bool {
+        let Some(place) = self.graph.node_weight_mut(place) else { return false };
+        let before = place.arms;
         (place.kind, place.title, place.belief, place.seen) = (to.kind, to.title, to.belief, to.seen);
         for (arm, new) in place.arms.iter_mut().zip(to.arms) {
             if matches!(arm, Arm::Closed | Arm::Unexplored) {
                 *arm = new;
             }
         }
+        place.arms != before
     }
 
     /// A known place was come to again, and was there: both estimates together are better than either.
@@ -173,15 +177,16 @@ impl TopologicalMap {
         place.covariance = 0.5 * (updated + updated.transpose());
     }
 
-    /// An arm could not be gone.
-    pub fn give_up(&mut self, place: NodeIndex, direction: Quarter) {
-        let Some(place) = self.graph.node_weight_mut(place) else { return };
+    /// An arm could not be gone. True unless it is known to be a corridor, or none.
+    pub fn give_up(&mut self, place: NodeIndex, direction: Quarter) -> bool {
+        let Some(place) = self.graph.node_weight_mut(place) else { return false };
         let arm = &mut place.arms[direction.index()];
         *arm = match *arm {
             Arm::Unexplored => Arm::GivenUp(1),
             Arm::GivenUp(times) => Arm::GivenUp(times + 1),
-            Arm::Closed | Arm::Leads => return,
+            Arm::Closed | Arm::Leads => return false,
         };
+        true
     }
 
     /// An arm turned out to be something else.
@@ -191,23 +196,24 @@ impl TopologicalMap {
         }
     }
 
-    /// A corridor was gone from one place to another. One that is known already gets a better length.
-    pub fn join(&mut self, from: Exit, to: Exit, length: f64) {
+    /// A corridor was gone from one place to another. One that is known already gets a better length. True if it was not known.
+    pub fn join(&mut self, from: Exit, to: Exit, length: f64) -> bool {
         if let Some(known) = self.edge_at(from)
             && let Some(corridor) = self.graph.edge_weight_mut(known)
             && (corridor.from.0 == to.0 || corridor.to.0 == to.0)
         {
             corridor.length = 0.5 * (corridor.length + length);
-            return;
+            return false;
         }
         if self.is_place_between(from.0, to.0) {
-            return;
+            return false;
         }
         self.cut(from);
         self.cut(to);
         self.graph.add_edge(from.0, to.0, Corridor { length, from, to });
         self.set_arm(from.0, from.1, Arm::Leads);
         self.set_arm(to.0, to.1, Arm::Leads);
+        true
     }
 
     /// True if a place is known on the straight way from one place to another: somebody came between, and the robot passed it without noticing.
@@ -286,12 +292,6 @@ impl TopologicalMap {
         let corridors = self.graph.edges_connecting(from, to).map(|edge| *edge.weight());
         let shortest = corridors.min_by(|a, b| a.length.total_cmp(&b.length))?;
         Some(if shortest.from.0 == from { shortest.from } else { shortest.to })
-    }
-
-    /// True if all corridors and places that were found hang together.
-    #[must_use]
-    pub fn is_connected(&self) -> bool {
-        petgraph::algo::connected_components(&self.graph) <= 1
     }
 
     /// The corridors at a place.

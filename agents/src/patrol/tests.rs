@@ -41,7 +41,7 @@ fn robot() -> RobotContext {
         clients: Arc::new([("patrol", 4)].into_iter().collect::<Clients>()),
         platform: Arc::new(platform),
         ring: Arc::new(ring),
-        team: ["ann".into()].into(),
+        team: [].into(),
         start: Pose::default(),
         period: PERIOD,
         streams: Streams::new(1),

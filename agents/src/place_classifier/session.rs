@@ -147,7 +147,7 @@ impl Session {
         if insists {
             *times = 0;
         }
-        self.observe(feature, if insists { seemed } else { Ending::Interrupted });
+        self.take(feature, if insists { seemed } else { Ending::Interrupted });
     }
 
     /// True if it ended because somebody came between too often.
@@ -162,8 +162,16 @@ impl Session {
         Self { interrupted: 0, ..self.clone() }
     }
 
-    /// A look for a feature ended so.
+    /// A look for a feature ended so, and nobody came between.
     pub fn observe(&mut self, feature: usize, ending: Ending) {
+        if let Some(seemed) = self.seemed.get_mut(feature) {
+            *seemed = (Ending::Interrupted, 0);
+        }
+        self.take(feature, ending);
+    }
+
+    /// Draws the conclusions from how a look ended.
+    fn take(&mut self, feature: usize, ending: Ending) {
         let Some(known) = self.catalogue.feature.get(feature) else { return };
         if ending == Ending::Interrupted {
             self.interrupted += 1;

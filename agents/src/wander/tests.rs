@@ -33,7 +33,7 @@ fn robot(seed: u64) -> RobotContext {
         clients: Arc::new([("wander", 3)].into_iter().collect::<Clients>()),
         platform: Arc::new(platform),
         ring: Arc::new(ring),
-        team: ["create".into()].into(),
+        team: [].into(),
         start: Pose::default(),
         period: PERIOD,
         streams: Streams::new(seed),

@@ -5,7 +5,7 @@ use crate::{
         inputs::{ReadPort, ReadSlot},
         outputs::{WritePort, WriteSlot},
     },
-    fleet::{self, TeamEar, TeamMouth},
+    fleet::{self, TeamHearer, TeamTeller},
     link::{LinkError, RobotBus},
     recording::Track,
     topics::{Payload, TeamPayload},
@@ -47,14 +47,16 @@ pub struct Port {
 /// One topic that robots tell each other.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TeamPort {
-    topic: &'static str,
-    pub(crate) mouth: fn(&RobotBus) -> Result<Box<dyn TeamMouth>, LinkError>,
-    pub(crate) ear: fn(&RobotBus) -> Result<Box<dyn TeamEar>, LinkError>,
+    pub(crate) topic: &'static str,
+    /// So many words on it can be heard in one step.
+    pub(crate) queue: usize,
+    pub(crate) teller: fn(&RobotBus) -> Result<Box<dyn TeamTeller>, LinkError>,
+    pub(crate) hearer: fn(&RobotBus) -> Result<Box<dyn TeamHearer>, LinkError>,
 }
 
 impl TeamPort {
     fn of<P: TeamPayload>() -> Self {
-        Self { topic: P::TOPIC, mouth: fleet::mouth::<P>, ear: fleet::ear::<P> }
+        Self { topic: P::TOPIC, queue: P::Heard::QUEUE, teller: fleet::teller::<P>, hearer: fleet::hearer::<P> }
     }
 
     fn add(self, ports: &mut Vec<Self>) {

@@ -7,7 +7,9 @@
 use std::any::Any;
 
 use crate::{
+    agent::Wiring,
     link::{LinkError, Publisher, RobotBus, Subscriber},
+    robot::RobotPlan,
     topics::TeamPayload,
 };
 
@@ -27,27 +29,27 @@ impl Word {
 }
 
 /// Collects what a robot tells the others.
-pub(crate) trait Mouth: 'static {
+pub(crate) trait Teller: 'static {
     /// Appends what was said since the last call. Who says it is filled in later.
     fn collect(&mut self, words: &mut Vec<Word>);
 }
 
 /// Publishes on a robot's links what all robots said.
-pub(crate) trait Ear: 'static {
+pub(crate) trait Hearer: 'static {
     /// Publishes those of the words that it is for.
     fn hear(&mut self, words: &[Word]) -> Result<(), LinkError>;
 }
 
-impl<P: TeamPayload> Mouth for Subscriber<P> {
+impl<P: TeamPayload> Teller for Subscriber<P> {
     fn collect(&mut self, words: &mut Vec<Word>) {
         Subscriber::collect(self, |sample| words.push(Word { robot: 0, topic: P::TOPIC, sample: Box::new(*sample) }));
     }
 }
 
-/// An ear for one topic.
-struct EarFor<P: TeamPayload>(Publisher<P::Heard>);
+/// An hearer for one topic.
+struct HearerFor<P: TeamPayload>(Publisher<P::Heard>);
 
-impl<P: TeamPayload> Ear for EarFor<P> {
+impl<P: TeamPayload> Hearer for HearerFor<P> {
     fn hear(&mut self, words: &[Word]) -> Result<(), LinkError> {
         for word in words.iter().filter(|word| word.topic == P::TOPIC) {
             if let Some(sample) = word.sample.downcast_ref::<P>() {
@@ -58,41 +60,68 @@ impl<P: TeamPayload> Ear for EarFor<P> {
     }
 }
 
-/// A mouth for one topic.
-pub(crate) fn mouth<P: TeamPayload>(bus: &RobotBus) -> Result<Box<dyn Mouth>, LinkError> {
+/// A teller for one topic.
+pub(crate) fn teller<P: TeamPayload>(bus: &RobotBus) -> Result<Box<dyn Teller>, LinkError> {
     Ok(Box::new(bus.subscriber::<P>()?))
 }
 
-/// An ear for one topic.
-pub(crate) fn ear<P: TeamPayload>(bus: &RobotBus) -> Result<Box<dyn Ear>, LinkError> {
-    Ok(Box::new(EarFor::<P>(bus.publisher()?)))
+/// An hearer for one topic.
+pub(crate) fn hearer<P: TeamPayload>(bus: &RobotBus) -> Result<Box<dyn Hearer>, LinkError> {
+    Ok(Box::new(HearerFor::<P>(bus.publisher()?)))
 }
 
-/// A robot's mouths and ears.
+/// A robot's tellers and hearers.
 #[derive(Default)]
 pub(crate) struct Exchange {
-    mouths: Vec<Box<dyn Mouth>>,
-    ears: Vec<Box<dyn Ear>>,
+    tellers: Vec<Box<dyn Teller>>,
+    hearers: Vec<Box<dyn Hearer>>,
 }
 
 impl Exchange {
-    pub(crate) fn new(mouths: Vec<Box<dyn Mouth>>, ears: Vec<Box<dyn Ear>>) -> Self {
-        Self { mouths, ears }
+    pub(crate) fn new(tellers: Vec<Box<dyn Teller>>, hearers: Vec<Box<dyn Hearer>>) -> Self {
+        Self { tellers, hearers }
     }
 
     /// What the robot said since the last call.
     pub(crate) fn said(&mut self) -> Vec<Word> {
         let mut words = Vec::new();
-        self.mouths.iter_mut().for_each(|mouth| mouth.collect(&mut words));
+        self.tellers.iter_mut().for_each(|teller| teller.collect(&mut words));
         words
     }
 
     /// Publishes on the robot's links what all said.
     pub(crate) fn hear(&mut self, words: &[Word]) {
-        for ear in &mut self.ears {
-            if let Err(error) = ear.hear(words) {
+        for hearer in &mut self.hearers {
+            if let Err(error) = hearer.hear(words) {
                 tracing::error!("what other robots said can't be passed on: {error}");
             }
         }
+    }
+}
+
+/// More robots tell each other something than can be heard in one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Crowd {
+    /// What they tell.
+    pub topic: &'static str,
+    /// The first robot that is too many, by its place in the plan.
+    pub robot: usize,
+    /// So many can.
+    pub most: usize,
+}
+
+impl Crowd {
+    /// What too many of these robots tell each other, if there is anything.
+    #[must_use]
+    pub fn find(robots: &[RobotPlan]) -> Option<Self> {
+        let mut all = Wiring::default();
+        robots.iter().flat_map(|robot| &robot.nodes).for_each(|node| all.absorb_exchange(&node.wiring));
+        let tells = |robot: &RobotPlan, topic| {
+            robot.nodes.iter().any(|node| node.wiring.told_ports().iter().any(|port| port.topic == topic))
+        };
+        all.told_ports().iter().find_map(|port| {
+            let mut tellers = robots.iter().enumerate().filter(|(_, robot)| tells(robot, port.topic));
+            tellers.nth(port.queue).map(|(robot, _)| Self { topic: port.topic, robot, most: port.queue })
+        })
     }
 }

@@ -148,7 +148,7 @@ pub fn robot(number: usize, bus: &Bus, panic_at: Option<u64>) -> RobotPlan {
         clients: Arc::new(clients),
         platform: Arc::new(platform),
         ring: Arc::new(ring),
-        team: [name.clone()].into(),
+        team: [].into(),
         start: Pose::default(),
         period: Duration::from_millis(50),
         streams: Streams::new(1),

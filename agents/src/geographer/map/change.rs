@@ -13,6 +13,14 @@ use petgraph::graph::NodeIndex;
 use super::{Arm, Exit, Place, TopologicalMap};
 use crate::geographer::compass::Quarter;
 
+/// [`PlacesChange::what`], by kind of change.
+const DIRECTION: u32 = 1;
+const FOUND: u32 = 2;
+const SEEN_AGAIN: u32 = 3;
+const JOINED: u32 = 4;
+const GIVEN_UP: u32 = 5;
+const RENAMED: u32 = 6;
+
 /// A change of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
@@ -49,43 +57,44 @@ pub enum Change {
     GivenUp(Exit),
 }
 
+/// What came of a change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effect {
+    /// The place that it is about.
+    pub place: Option<NodeIndex>,
+    /// There is a place, a corridor or a way more than before, or one less.
+    pub is_news: bool,
+}
+
 /// Nearer to each other than this two places are one: two robots have found it at the same time, m.
 const ONE: f64 = 1.0;
 
 impl TopologicalMap {
-    /// Makes a change, and answers with the place that it is about. What names places that are not there changes nothing.
-    pub fn apply(&mut self, change: Change) -> Option<NodeIndex> {
-        let exists = |place: NodeIndex| self.place(place).is_some();
-        match change {
-            Change::Compass(heading) => {
-                self.compass(heading);
-                None
-            }
+    /// Makes a change. `None` if it names places that are not there: it changes nothing.
+    pub fn apply(&mut self, change: Change) -> Option<Effect> {
+        let known = |place: NodeIndex| self.place(place).map(|_| place);
+        let (place, is_news) = match change {
+            Change::Compass(heading) => return Some(Effect { place: None, is_news: self.set_compass(heading) }),
             Change::Found(place) => {
                 let same = self.places().find(|(_, known)| (known.at - place.at).norm() < ONE).map(|(known, _)| known);
                 if let Some(known) = same {
                     self.seen_again(known, place.at, &place.covariance);
                 }
-                Some(same.unwrap_or_else(|| self.add(place)))
+                (same.unwrap_or_else(|| self.add(place)), same.is_none())
             }
-            Change::Renamed { place, to } => {
-                self.rename(place, to);
-                Some(place)
-            }
+            Change::Renamed { place, to } => (known(place)?, self.rename(place, to)),
             Change::SeenAgain { place, at, covariance } => {
+                let place = known(place)?;
                 self.seen_again(place, at, &covariance);
-                Some(place)
+                (place, false)
             }
-            Change::Joined { from, to, length } if exists(from.0) && exists(to.0) => {
-                self.join(from, to, length);
-                Some(to.0)
+            Change::Joined { from, to, length } => {
+                known(from.0).and(known(to.0))?;
+                (to.0, self.join(from, to, length))
             }
-            Change::Joined { .. } => None,
-            Change::GivenUp((place, arm)) => {
-                self.give_up(place, arm);
-                Some(place)
-            }
-        }
+            Change::GivenUp((place, arm)) => (known(place)?, self.give_up(place, arm)),
+        };
+        Some(Effect { place: Some(place), is_news })
     }
 }
 
@@ -97,14 +106,14 @@ impl Change {
         let index = |place: NodeIndex| place.index() as u32;
         let arm = |arm: Quarter| arm.index() as u32;
         match self {
-            Self::Compass(heading) => PlacesChange { what: 1, heading: *heading, ..told },
-            Self::Found(place) => PlacesChange { what: 2, ..named(place, told) },
-            Self::Renamed { place, to } => PlacesChange { what: 6, place: index(*place), ..named(to, told) },
+            Self::Compass(heading) => PlacesChange { what: DIRECTION, heading: *heading, ..told },
+            Self::Found(place) => PlacesChange { what: FOUND, ..named(place, told) },
+            Self::Renamed { place, to } => PlacesChange { what: RENAMED, place: index(*place), ..named(to, told) },
             Self::SeenAgain { place, at, covariance } => {
-                PlacesChange { what: 3, place: index(*place), at: (*at).into(), covariance: packed(covariance), ..told }
+                PlacesChange { what: SEEN_AGAIN, place: index(*place), at: (*at).into(), covariance: packed(covariance), ..told }
             }
             Self::Joined { from, to, length } => PlacesChange {
-                what: 4,
+                what: JOINED,
                 place: index(from.0),
                 arm: arm(from.1),
                 to: index(to.0),
@@ -112,7 +121,9 @@ impl Change {
                 length: *length,
                 ..told
             },
-            Self::GivenUp((place, given_up)) => PlacesChange { what: 5, place: index(*place), arm: arm(*given_up), ..told },
+            Self::GivenUp((place, given_up)) => {
+                PlacesChange { what: GIVEN_UP, place: index(*place), arm: arm(*given_up), ..told }
+            }
         }
     }
 
@@ -128,12 +139,12 @@ impl Change {
         let exit = |number: u32, arm: u32| Some((place(number), quarter(arm)?));
         let (at, covariance) = (Point2::from(told.at), unpacked(told.covariance));
         Some(match told.what {
-            1 => Self::Compass(told.heading),
-            2 => Self::Found(place_of(told)?),
-            6 => Self::Renamed { place: place(told.place), to: place_of(told)? },
-            3 => Self::SeenAgain { place: place(told.place), at, covariance },
-            4 => Self::Joined { from: exit(told.place, told.arm)?, to: exit(told.to, told.to_arm)?, length: told.length },
-            5 => Self::GivenUp(exit(told.place, told.arm)?),
+            DIRECTION => Self::Compass(told.heading),
+            FOUND => Self::Found(place_of(told)?),
+            RENAMED => Self::Renamed { place: place(told.place), to: place_of(told)? },
+            SEEN_AGAIN => Self::SeenAgain { place: place(told.place), at, covariance },
+            JOINED => Self::Joined { from: exit(told.place, told.arm)?, to: exit(told.to, told.to_arm)?, length: told.length },
+            GIVEN_UP => Self::GivenUp(exit(told.place, told.arm)?),
             _ => return None,
         })
     }
@@ -235,16 +246,18 @@ mod tests {
         let mut map = TopologicalMap::default();
         let nowhere = (NodeIndex::new(9), Quarter::ALL[0]);
         assert_eq!(map.apply(Change::Joined { from: nowhere, to: nowhere, length: 1.0 }), None);
-        map.apply(Change::GivenUp(nowhere));
-        map.apply(Change::SeenAgain { place: nowhere.0, at: Point2::origin(), covariance: Matrix2::identity() });
+        assert_eq!(map.apply(Change::GivenUp(nowhere)), None);
+        let again = Change::SeenAgain { place: nowhere.0, at: Point2::origin(), covariance: Matrix2::identity() };
+        assert_eq!(map.apply(again), None);
+        assert_eq!(map.apply(Change::Renamed { place: nowhere.0, to: found(1.0) }), None);
         assert_eq!((map.places().len(), map.corridors().count()), (0, 0));
     }
 
     #[test]
     fn a_place_that_is_something_else_keeps_the_corridors_that_were_gone() {
         let mut map = TopologicalMap::default();
-        let a = map.apply(Change::Found(found(1.0))).unwrap();
-        let b = map.apply(Change::Found(found(9.0))).unwrap();
+        let a = place(&mut map, 1.0);
+        let b = place(&mut map, 9.0);
         map.apply(Change::Joined { from: (a, Quarter::ALL[0]), to: (b, Quarter::ALL[2]), length: 8.0 });
         let to = Place { arms: [Arm::Closed, Arm::Unexplored, Arm::Closed, Arm::Closed], kind: "H2".into(), ..found(50.0) };
         map.apply(Change::Renamed { place: a, to });
@@ -256,9 +269,32 @@ mod tests {
     #[test]
     fn a_place_that_two_have_found_at_once_is_one() {
         let mut map = TopologicalMap::default();
-        let first = map.apply(Change::Found(found(1.0)));
-        assert_eq!(map.apply(Change::Found(found(1.4))), first);
-        assert_ne!(map.apply(Change::Found(found(4.0))), first);
+        let first = map.apply(Change::Found(found(1.0))).unwrap();
+        assert!(first.is_news);
+        let same = map.apply(Change::Found(found(1.4))).unwrap();
+        assert_eq!(same, Effect { is_news: false, ..first });
+        assert_ne!(place(&mut map, 4.0), first.place.unwrap());
         assert_eq!(map.places().len(), 2);
+    }
+
+    #[test]
+    fn only_what_there_is_to_explore_is_news() {
+        let mut map = TopologicalMap::default();
+        let (a, b) = (place(&mut map, 1.0), place(&mut map, 9.0));
+        let joined = Change::Joined { from: (a, Quarter::ALL[0]), to: (b, Quarter::ALL[2]), length: 8.0 };
+        let again = Change::SeenAgain { place: a, at: Point2::new(1.0, 2.1), covariance: Matrix2::identity() };
+        let closed = Change::GivenUp((a, Quarter::ALL[1]));
+        let given_up = Change::GivenUp((a, Quarter::ALL[3]));
+        let same = Change::Renamed { place: a, to: found(1.0) };
+        for (change, is_news) in
+            [(joined.clone(), true), (joined, false), (again, false), (closed, false), (given_up, true), (same, false)]
+        {
+            assert_eq!(map.apply(change.clone()).map(|effect| effect.is_news), Some(is_news), "{change:?}");
+        }
+    }
+
+    /// Adds a place to a map.
+    fn place(map: &mut TopologicalMap, x: f64) -> NodeIndex {
+        map.apply(Change::Found(found(x))).unwrap().place.unwrap()
     }
 }

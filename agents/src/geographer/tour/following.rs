@@ -9,7 +9,7 @@ use orienteer_runtime::{
     topics::{CorridorOrder, CorridorReport, Opening},
 };
 
-use super::{GIVE_WAY, LOOKS, Tour, reckoning::is_on_line};
+use super::{GIVE_WAY, LOOKS, Tour, reckoning::is_on_line, traffic::Ahead};
 
 /// Who is stopped so near to where it was stopped before, m, has been stopped by the same thing.
 const STUCK: f64 = 0.30;
@@ -20,15 +20,27 @@ const RUN_IN: f64 = 1.2;
 /// By following its corridor for so long a robot learns where it stands, m.
 pub(super) const RUN_UP: f64 = 1.5;
 
+/// How following a corridor ended.
+pub(super) enum Followed {
+    /// Where something opens, or the corridor ends.
+    To(CorridorReport),
+    /// The way is lost, or somebody blocks it for good.
+    Lost,
+    /// Somebody comes the other way, and the robot has to make way.
+    TurnedBack,
+}
+
 impl Tour {
     /// Has the follower go to where something opens or ends, from `from` on in that direction. What blocks the way is given time to go away first.
-    /// `None` if the way is lost.
-    pub(super) async fn follow(&mut self, from: Pose) -> Result<Option<CorridorReport>, Aborted> {
+    pub(super) async fn follow(&mut self, from: Pose) -> Result<Followed, Aborted> {
         let (mut closed, mut lost, mut overrides) = (0, 0, 0);
         // Where the way was last found closed.
         let mut end: Option<Pose> = None;
         loop {
-            let Some(mut report) = self.order_follower().await? else { return Ok(None) };
+            let mut report = match self.order_follower().await? {
+                Followed::To(report) => report,
+                ended => return Ok(ended),
+            };
             let disturbed = report.overrides > 0;
             overrides += report.overrides;
             report.overrides = overrides;
@@ -46,17 +58,17 @@ impl Tour {
                     };
                     if closed >= LOOKS {
                         if report.length >= RUN_IN {
-                            return Ok(Some(report));
+                            return Ok(Followed::To(report));
                         }
                         // Somebody stood in a corner, perhaps, and has gone: the follower has to see the walls before it.
                         (closed, lost) = (0, lost + 1);
                     }
                 }
                 Opening::Lost => lost += 1,
-                _ => return Ok(Some(report)),
+                _ => return Ok(Followed::To(report)),
             }
             if lost >= LOOKS {
-                return Ok(None);
+                return Ok(Followed::Lost);
             }
             self.rest(if closed > 0 { GO_AWAY } else { GIVE_WAY }).await?;
             if is_closed {
@@ -68,10 +80,10 @@ impl Tour {
         }
     }
 
-    /// Goes a little back to where it has come straight from `from`, and follows the corridor once more; `None` if it can't get there.
-    pub(super) async fn come_again(&mut self, from: Pose, arrival: &CorridorReport) -> Result<Option<CorridorReport>, Aborted> {
+    /// Goes a little back to where it has come straight from `from`, and follows the corridor once more; lost if it can't get there.
+    pub(super) async fn come_again(&mut self, from: Pose, arrival: &CorridorReport) -> Result<Followed, Aborted> {
         let is_back = self.back_on_line(from, arrival.pose.then(Pose::new(-RUN_UP, 0.0, 0.0))).await;
-        if is_back { self.follow(from).await } else { Ok(None) }
+        if is_back { self.follow(from).await } else { Ok(Followed::Lost) }
     }
 
     /// Whoever stepped aside may stand beside its way, or across it. Of where it has been, what lies about straight on from `from` is the
@@ -82,9 +94,8 @@ impl Tour {
         self.go_back(Pose::new(at.x, at.y, from.heading)).await
     }
 
-    /// The order is repeated in every step: a follower that was built anew has heard none. Nobody comes too near to another robot meanwhile; `None` if the robot has to
-    /// turn back for one.
-    async fn order_follower(&mut self) -> Result<Option<CorridorReport>, Aborted> {
+    /// The order is repeated in every step: a follower that was built anew has heard none. Nobody comes too near to another robot meanwhile.
+    async fn order_follower(&mut self) -> Result<Followed, Aborted> {
         self.pilot.release();
         self.orders += 1;
         loop {
@@ -93,12 +104,14 @@ impl Tour {
             self.pilot.next_step().await?;
             self.crumbs.drop(self.here());
             if let Some(report) = self.pilot.latest::<CorridorReport>().filter(|report| report.order == order) {
-                return Ok(Some(report));
+                return Ok(Followed::To(report));
             }
             if self.ahead().is_some() {
                 self.pilot.publish(CorridorOrder { stamp: self.pilot.now(), order: 0 });
-                if !self.wait_for_those_ahead().await {
-                    return Ok(None);
+                match self.wait_for_those_ahead().await {
+                    Ahead::Clear => {}
+                    Ahead::GiveWay => return Ok(Followed::TurnedBack),
+                    Ahead::Blocked => return Ok(Followed::Lost),
                 }
                 self.orders += 1;
             }

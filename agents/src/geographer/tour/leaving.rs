@@ -52,7 +52,7 @@ impl Tour {
                     stood: standing,
                 });
             }
-            self.let_go();
+            self.present(|own| own.lets_go());
             if !std::mem::replace(&mut is_sure, true) && self.think_again(&mut standing).await {
                 continue;
             }
@@ -105,14 +105,6 @@ impl Tour {
             self.rest(GIVE_WAY).await.ok();
         }
         ended
-    }
-
-    /// Notes that an arm leads nowhere, and goes back to where the robot stood before it took it; false if it can't.
-    pub(super) async fn give_up(&mut self, lost: &Departure) -> bool {
-        self.pilot.say("this leads nowhere; goes back");
-        self.commit(Change::GivenUp((lost.place, lost.arm))).await;
-        self.regain(&lost.stood).await;
-        self.go_back(lost.stood.start).await
     }
 
     /// Turns to this heading, in the frame of the odometry, rad.

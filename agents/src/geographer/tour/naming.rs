@@ -7,7 +7,11 @@ use orienteer_runtime::{
     topics::{CorridorReport, Opening, PlaceOrder, PlaceReport},
 };
 
-use super::{Standing, TRIES, Tour, following::RUN_UP, reckoning::ELSEWHERE};
+use super::{
+    Standing, TRIES, Tour,
+    following::{Followed, RUN_UP},
+    reckoning::ELSEWHERE,
+};
 use crate::geographer::map::{Arm, Change, Place};
 
 /// What is less probable than this is not believed.
@@ -18,7 +22,9 @@ pub(super) enum Named {
     Place(Place),
     /// It is nothing that is known.
     Nothing,
-    /// See [`Arrived::Astray`].
+    /// See [`Arrived::TurnedBack`](super::Arrived::TurnedBack).
+    TurnedBack,
+    /// See [`Arrived::Astray`](super::Arrived::Astray).
     Astray,
 }
 
@@ -30,7 +36,11 @@ impl Tour {
                 return Named::Place(place);
             }
             let begin = arrival.pose.then(Pose::new(-2.0 * RUN_UP, 0.0, 0.0));
-            let Ok(Some(again)) = self.come_again(begin, &arrival).await else { return Named::Astray };
+            let again = match self.come_again(begin, &arrival).await {
+                Ok(Followed::To(again)) => again,
+                Ok(Followed::TurnedBack) => return Named::TurnedBack,
+                Ok(Followed::Lost) | Err(_) => return Named::Astray,
+            };
             if arrival.pose.distance(&again.pose) > ELSEWHERE {
                 return Named::Astray;
             }

@@ -57,7 +57,7 @@ impl Tour {
     pub(super) fn reached(&self, departure: Option<&Departure>, report: &CorridorReport, middle: f64) -> Option<Reached> {
         let ahead = Pose::new(middle, 0.0, 0.0);
         let chart = self.chart.borrow();
-        let (map, compass) = (&chart.map, chart.map.known_compass()?);
+        let (map, compass) = (&chart.map, chart.map.compass()?);
         let Some(fix) = chart.fix else {
             let facing = compass.nearest(report.pose.heading);
             let at = report.pose.then(ahead).point();
@@ -79,7 +79,7 @@ impl Tour {
     /// What is known of where the robot is when it stands at the start pose of a place.
     pub(super) fn fix_at(&self, standing: &Standing) -> Option<Fix> {
         let map = &self.chart.borrow().map;
-        let (at, heading) = (map.place(standing.place)?.at, map.known_compass()?.heading(standing.facing));
+        let (at, heading) = (map.place(standing.place)?.at, map.compass()?.heading(standing.facing));
         let middle = Pose::new(at.x, at.y, heading);
         Some(Fix { map: middle.then(Pose::new(-standing.middle, 0.0, 0.0)), odometry: standing.start })
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::Sign;
+use super::Presence;
 use crate::geographer::map::{Arm, Exit, TopologicalMap};
 
 /// What is no farther from a corridor's middle is in it, m.
@@ -16,7 +16,7 @@ const NEAREST: f64 = 1.0;
 
 /// A corridor, as far as it is known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stretch {
+pub(super) struct Lane {
     from: Point2<f64>,
     /// Unit vector.
     along: Vector2<f64>,
@@ -28,22 +28,22 @@ pub(super) struct Stretch {
     is_known: bool,
 }
 
-impl Stretch {
+impl Lane {
     /// What lies behind an arm. A corridor that nobody has gone may lead to the next place straight ahead that has an arm toward it.
     pub fn of(map: &TopologicalMap, exit: Exit) -> Option<Self> {
-        let (at, heading) = (map.place(exit.0)?.at, map.known_compass()?.heading(exit.1));
+        let (at, heading) = (map.place(exit.0)?.at, map.compass()?.heading(exit.1));
         let along = Vector2::new(heading.cos(), heading.sin());
-        let stretch = Self { from: at, along, length: LONGEST, end: None, is_known: false };
+        let lane = Self { from: at, along, length: LONGEST, end: None, is_known: false };
         if let Some((length, end)) = map.corridor(exit) {
-            return Some(Self { length, end: Some(end), is_known: true, ..stretch });
+            return Some(Self { length, end: Some(end), is_known: true, ..lane });
         }
-        let straight_ahead = map.places().filter(|(_, place)| stretch.offset(place.at).is_some_and(|along| along > NEAREST));
+        let straight_ahead = map.places().filter(|(_, place)| lane.offset(place.at).is_some_and(|along| along > NEAREST));
         let distance = |place: &Point2<f64>| (place - at).dot(&along);
         let next = straight_ahead.min_by(|a, b| distance(&a.1.at).total_cmp(&distance(&b.1.at)));
-        let Some((next, place)) = next else { return Some(stretch) };
+        let Some((next, place)) = next else { return Some(lane) };
         let arm = exit.1.back();
         let end = (place.arms[arm.index()] != Arm::Closed).then_some((next, arm));
-        Some(Self { length: distance(&place.at), end, ..stretch })
+        Some(Self { length: distance(&place.at), end, ..lane })
     }
 
     /// How far along it a point is, m, if it is in it.
@@ -59,7 +59,7 @@ impl Stretch {
     }
 
     /// True if a robot is in it, or at its end.
-    pub fn holds(&self, mate: &Sign) -> bool {
+    pub fn holds(&self, mate: &Presence) -> bool {
         let at_its_end = self.end.is_some_and(|(end, _)| mate.at == Some(end));
         at_its_end || self.has(mate.pose.point()) || mate.spot.is_some_and(|spot| self.has(spot))
     }
@@ -80,7 +80,7 @@ impl Stretch {
         }
         let between = other.from - self.from;
         let (mine, theirs) = (between.perp(&other.along) / turn, between.perp(&self.along) / turn);
-        let reach = |stretch: &Self| NEAREST..stretch.length.min(CROSSING);
+        let reach = |lane: &Self| NEAREST..lane.length.min(CROSSING);
         reach(self).contains(&mine) && reach(other).contains(&theirs)
     }
 }
